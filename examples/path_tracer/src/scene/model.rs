@@ -1,0 +1,236 @@
+//! The scene as the renderer understands it, whatever file it came from.
+//!
+//! Key decision: one flat, world-space, indexed triangle list. Instances are baked when a file is read; the price is memory for
+//! heavily instanced scenes, the gain is one acceleration structure, world-space error bounds and no transform on the hot path.
+//!
+//! **Invariant:** every number in a [`Scene`] that passed [`Scene::validate`] is finite and every index is in range.
+//! **Invariant:** right-handed, +Y up, metres, as glTF has it. Colours are linear Rec. 709.
+
+use glam::{Mat4, Vec2, Vec3, Vec4};
+
+/// A complete scene: what is lit, what lights it, and from where it is seen.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// Shown in summaries.
+    pub name: String,
+    /// The first one is rendered unless another is chosen by name. Never empty after loading: a scene without one is framed.
+    pub cameras: Vec<Camera>,
+    /// World-space vertices.
+    pub vertices: Vec<Vertex>,
+    /// Counter-clockwise seen from the front.
+    pub triangles: Vec<Triangle>,
+    /// Never empty when there are triangles.
+    pub materials: Vec<Material>,
+    /// Decoded images, shared by materials.
+    pub images: Vec<Image>,
+    /// Point, spot and directional lights.
+    pub lights: Vec<PunctualLight>,
+    /// What a ray sees that leaves the scene.
+    pub environment: Option<Environment>,
+    /// Everything a reader had to drop, replace or assume; one line each, names the thing.
+    pub warnings: Vec<String>,
+}
+
+/// One corner of a triangle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Vertex {
+    /// World space, metres.
+    pub position: Vec3,
+    /// Unit length; the geometric normal when the file has none.
+    pub normal: Vec3,
+    /// `xyz` unit length, `w` the sign of the bitangent; zero when no normal map asks for it.
+    pub tangent: Vec4,
+    /// Texture coordinates, set 0 and set 1 (equal when the file has one set).
+    pub uv: [Vec2; 2],
+    /// Linear colour that multiplies the base colour; white when the file has none.
+    pub color: Vec4,
+}
+
+/// Three vertices and a material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Triangle {
+    /// Into [`Scene::vertices`].
+    pub vertices: [u32; 3],
+    /// Into [`Scene::materials`].
+    pub material: u32,
+}
+
+/// glTF's metallic-roughness model with transmission.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Shown in messages.
+    pub name: String,
+    /// Linear colour and opacity.
+    pub base_color: Vec4,
+    /// sRGB encoded colour, linear alpha.
+    pub base_color_texture: Option<TextureUse>,
+    /// 0 dielectric coat over Lambert, 1 metal.
+    pub metallic: f32,
+    /// Perceptual; the microfacet width is its square.
+    pub roughness: f32,
+    /// Green: roughness, blue: metallic; both linear.
+    pub metallic_roughness_texture: Option<TextureUse>,
+    /// Tangent space, linear.
+    pub normal_texture: Option<TextureUse>,
+    /// Multiplies x and y of the normal texture.
+    pub normal_scale: f32,
+    /// Radiance leaving the front (both sides when `double_sided`), the strength multiplied in.
+    pub emissive: Vec3,
+    /// sRGB encoded, multiplies `emissive`.
+    pub emissive_texture: Option<TextureUse>,
+    /// What alpha means.
+    pub alpha: AlphaMode,
+    /// Back faces are seen, with the normal turned towards the viewer.
+    pub double_sided: bool,
+    /// Share of the light that enters a smooth dielectric instead of its diffuse base.
+    pub transmission: f32,
+    /// Index of refraction of the inside against the outside.
+    pub ior: f32,
+    /// True when the surface bounds a solid (refract), false for a thin sheet (pass straight).
+    pub solid: bool,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Material {
+            name: String::from("default"),
+            base_color: Vec4::ONE,
+            base_color_texture: None,
+            metallic: 0.0,
+            roughness: 1.0,
+            metallic_roughness_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
+            emissive: Vec3::ZERO,
+            emissive_texture: None,
+            alpha: AlphaMode::Opaque,
+            double_sided: true,
+            transmission: 0.0,
+            ior: 1.5,
+            solid: false,
+        }
+    }
+}
+
+/// What the alpha of the base colour means.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AlphaMode {
+    /// Alpha is ignored.
+    Opaque,
+    /// Opaque at or above the cutoff, absent below.
+    Mask {
+        /// In 0..=1.
+        cutoff: f32,
+    },
+    /// Opaque with probability alpha.
+    Blend,
+}
+
+/// How a material looks into an image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureUse {
+    /// Into [`Scene::images`].
+    pub image: u32,
+    /// 0 or 1: which of [`Vertex::uv`].
+    pub uv_set: u32,
+    /// Along u and v.
+    pub wrap: [Wrap; 2],
+    /// Bilinear when true, nearest when false.
+    pub linear: bool,
+    /// `uv' = rows * (u, v, 1)`: the two rows of the affine texture transform; identity when the file has none.
+    pub transform: [Vec3; 2],
+}
+
+/// What happens outside the unit square of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wrap {
+    /// Repeat.
+    Repeat,
+    /// Repeat, every second time mirrored.
+    Mirror,
+    /// Continue the border texel.
+    Clamp,
+}
+
+/// An 8-bit image as stored in the file (no colour conversion applied), row 0 at the top (v = 0).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Image {
+    /// Shown in messages.
+    pub name: String,
+    /// Texels.
+    pub width: u32,
+    /// Texels.
+    pub height: u32,
+    /// RGBA, `width * height` entries.
+    pub texels: Vec<[u8; 4]>,
+}
+
+/// A light without extent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PunctualLight {
+    /// Point, spot or directional.
+    pub kind: LightKind,
+    /// World space; unused for directional lights.
+    pub position: Vec3,
+    /// Unit vector along which the light travels; unused for point lights.
+    pub direction: Vec3,
+    /// Linear colour times intensity: candela (W/sr) for point and spot, lux (W/m2) for directional.
+    pub intensity: Vec3,
+    /// Metres beyond which the light does not reach, `f32::INFINITY` when unlimited.
+    pub range: f32,
+}
+
+/// The shape of a [`PunctualLight`]. Falloff of spots as KHR_lights_punctual defines it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightKind {
+    /// All around.
+    Point,
+    /// Within a cone.
+    Spot {
+        /// Radians from the axis where falloff starts.
+        inner: f32,
+        /// Radians from the axis where it ends.
+        outer: f32,
+    },
+    /// Parallel rays.
+    Directional,
+}
+
+/// An equirectangular panorama. The middle of the image lies towards -Z, +X is to the right of it, the top row is +Y.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Environment {
+    /// Shown in messages.
+    pub name: String,
+    /// Texels.
+    pub width: u32,
+    /// Texels.
+    pub height: u32,
+    /// Linear radiance, `width * height` entries, row 0 at the top; finite and not negative.
+    pub texels: Vec<[f32; 3]>,
+}
+
+/// Where the scene is seen from: looks along -Z of its own space, +Y up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// Shown in listings.
+    pub name: String,
+    /// Rigid: no scale.
+    pub world_from_camera: Mat4,
+    /// Lens.
+    pub projection: Projection,
+}
+
+/// The lens of a [`Camera`]; the width follows from the image's aspect ratio.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Pinhole.
+    Perspective {
+        /// Full vertical angle in radians.
+        vertical_fov: f32,
+    },
+    /// Parallel.
+    Orthographic {
+        /// Half of the visible height in metres.
+        half_height: f32,
+    },
+}
