@@ -1,0 +1,87 @@
+//! The command line of `cargo xtask`, as data.
+
+use crate::process::Failure;
+
+/// Printed on request and after every mistake in usage.
+pub(crate) const USAGE: &str = "\
+usage: cargo xtask COMMAND
+
+  demo  [--yes]           set up, render a built-in scene, say where the picture is
+  test  [--full] [--yes]  set up, then format, clippy, docs, book anchors and all tests
+  book                    build the tutorial into book/book
+  setup [--yes]           make sure that a Vulkan, Metal or Direct3D adapter exists
+
+  --yes   install what is missing without asking (as does CI=true)
+  --full  run the slow tests too";
+
+/// One request, fully understood.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Invocation {
+    /// Print the usage and succeed.
+    Usage,
+    /// Make sure that an adapter exists.
+    Setup { agreed: bool },
+    /// Render a built-in scene.
+    Demo { agreed: bool },
+    /// Run every check of the repository.
+    Test { agreed: bool, full: bool },
+    /// Build the tutorial.
+    Book,
+}
+
+/// Reads the words after `cargo xtask`.
+///
+/// # Errors
+/// A [`Failure::Usage`] that names the word nobody understands.
+pub(crate) fn parse(words: &[String]) -> Result<Invocation, Failure> {
+    let Some((command, options)) = words.split_first() else {
+        return Err(Failure::Usage("a command is missing".into()));
+    };
+    let allowed: &[&str] = match command.as_str() {
+        "setup" | "demo" => &["--yes"],
+        "test" => &["--yes", "--full"],
+        "book" => &[],
+        "help" | "--help" | "-h" => return Ok(Invocation::Usage),
+        other => return Err(Failure::Usage(format!("there is no command `{other}`"))),
+    };
+    if let Some(stranger) = options.iter().find(|option| !allowed.contains(&option.as_str())) {
+        return Err(Failure::Usage(format!("`{command}` knows no option `{stranger}`")));
+    }
+    let has = |name: &str| options.iter().any(|option| option == name);
+    let agreed = has("--yes");
+    Ok(match command.as_str() {
+        "setup" => Invocation::Setup { agreed },
+        "demo" => Invocation::Demo { agreed },
+        "test" => Invocation::Test { agreed, full: has("--full") },
+        _ => Invocation::Book,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse_line(line: &str) -> Result<Invocation, Failure> {
+        parse(&line.split_whitespace().map(String::from).collect::<Vec<_>>())
+    }
+
+    /// Kills: an option that is accepted but not passed on, and `--full` leaking into commands that have no use for it.
+    #[test]
+    fn options_reach_their_command() {
+        assert_eq!(parse_line("demo"), Ok(Invocation::Demo { agreed: false }));
+        assert_eq!(parse_line("demo --yes"), Ok(Invocation::Demo { agreed: true }));
+        assert_eq!(parse_line("setup --yes"), Ok(Invocation::Setup { agreed: true }));
+        assert_eq!(parse_line("test --full"), Ok(Invocation::Test { agreed: false, full: true }));
+        assert_eq!(parse_line("test --yes --full"), Ok(Invocation::Test { agreed: true, full: true }));
+        assert_eq!(parse_line("book"), Ok(Invocation::Book));
+        assert!(matches!(parse_line("demo --full"), Err(Failure::Usage(why)) if why.contains("--full")));
+    }
+
+    /// Kills: a misspelt command or option that is silently ignored.
+    #[test]
+    fn strangers_are_usage_errors() {
+        for line in ["", "tset", "test --ful", "book --yes"] {
+            assert!(matches!(parse_line(line), Err(Failure::Usage(_))), "{line:?} was accepted");
+        }
+    }
+}
