@@ -97,11 +97,11 @@ fn recipe(situation: &Situation) -> Option<bool> {
 }
 
 fn apt_tasks(situation: &Situation, backports: bool) -> Vec<Task> {
-    let as_root: &[&str] = match (situation.root, situation.interactive) {
-        (true, _) => &[],
-        (false, true) => &["sudo"],
+    let as_root: &[&str] = match situation {
+        Situation { root: true, .. } | Situation { sudo: false, .. } => &[],
         // Without a terminal a question for the password would hang.
-        (false, false) => &["sudo", "-n"],
+        Situation { interactive: false, agreed: true, .. } => &["sudo", "-n"],
+        _ => &["sudo"],
     };
     let task =
         |words: &[&str]| Task { words: as_root.iter().chain(words).map(|word| (*word).to_owned()).collect(), stdin: None, may_fail: false };

@@ -68,16 +68,22 @@ fn newer_systems_take_the_plain_package() {
     }
 }
 
-/// Kills: apt called with the wrong rights, and a password question where nobody can answer it.
+/// Kills: apt called with the wrong rights, a password question where nobody can answer it, and `sudo` shown to somebody without it.
 #[test]
-fn sudo_only_where_we_are_not_root() {
-    let user = Situation { root: false, sudo: true, ..debian("12") };
-    for (interactive, prefix) in [(true, "sudo apt-get update"), (false, "sudo -n apt-get update")] {
-        let situation = Situation { interactive, ..user.clone() };
-        assert_eq!(lines(&decide(&situation))[1], prefix);
-        assert!(lines(&decide(&situation))[0].contains("| sudo "), "the source is written with sudo");
+fn sudo_only_where_it_is_needed_and_there() {
+    for (root, sudo, interactive, agreed, prefix) in [
+        (true, true, true, false, ""),
+        (false, true, true, false, "sudo "),
+        (false, true, true, true, "sudo "),
+        (false, true, false, true, "sudo -n "),
+        (false, true, false, false, "sudo "),
+        (false, false, true, false, ""),
+    ] {
+        let lines = lines(&decide(&Situation { root, sudo, interactive, agreed, ..debian("12") }));
+        assert!(lines[0].contains(&format!("| {prefix}tee ")), "{lines:?}");
+        assert_eq!(lines[1], format!("{prefix}apt-get update"));
+        assert!(lines[2].starts_with(&format!("{prefix}env ")), "{lines:?}");
     }
-    assert!(lines(&decide(&debian("12"))).iter().all(|line| !line.contains("sudo")));
 }
 
 /// Kills: an installation without consent, a question to nobody, `--yes` that still asks, and a user without rights told to wait.
