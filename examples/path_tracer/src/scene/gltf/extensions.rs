@@ -1,0 +1,67 @@
+//! Which extensions are understood, which can be left out, and which end the reading.
+//!
+//! Key decision: an extension is refused only when the file requires it; otherwise it is named once and the file's fallback is shown.
+
+use super::Warnings;
+use super::json::Document;
+use crate::error::Fault;
+
+/// Read in full, or as far as the scene's material model goes (what is left out is said where it happens).
+const READ: &[&str] = &[
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+];
+
+/// Leaving these out changes no default picture, so even a requirement is no reason to refuse the file.
+const HARMLESS: &[&str] = &["KHR_materials_variants", "KHR_xmp", "KHR_xmp_json_ld"];
+
+pub(super) fn check(document: &Document, warnings: &mut Warnings) -> Result<(), Fault> {
+    let listed = |list: &[&str], name: &String| list.contains(&name.as_str());
+    for name in &document.extensions_required {
+        if !listed(READ, name) && !listed(HARMLESS, name) {
+            return Err(Fault::unsupported("extensionsRequired", name));
+        }
+    }
+    for name in document.extensions_used.iter().chain(&document.extensions_required) {
+        if !listed(READ, name) {
+            warnings.push(format!("extension {name} is left out"));
+        }
+    }
+    if !document.animations.is_empty() {
+        warnings.push(format!("{} animations are left out, everything is shown in rest pose", document.animations.len()));
+    }
+    if !document.skins.is_empty() {
+        warnings.push(format!("{} skins are left out, everything is shown in rest pose", document.skins.len()));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn checked(used: &[&str], required: &[&str]) -> Result<Vec<String>, String> {
+        let owned = |names: &[&str]| names.iter().copied().map(String::from).collect();
+        let document = Document { extensions_used: owned(used), extensions_required: owned(required), ..Document::default() };
+        let mut warnings = Warnings::default();
+        check(&document, &mut warnings).map_err(|fault| fault.in_named("x").to_string())?;
+        Ok(warnings.into_lines())
+    }
+
+    // Kills: showing a scene whose required part is missing, and refusing without a name.
+    #[test]
+    fn required_extensions_are_refused_by_name() {
+        for name in ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_texture_basisu", "VENDOR_unheard_of"] {
+            assert!(checked(&[name], &[name]).unwrap_err().contains(name));
+            assert_eq!(checked(&[name, name], &[]).unwrap(), [format!("extension {name} is left out")]);
+        }
+        assert!(checked(READ, READ).unwrap().is_empty());
+        assert_eq!(checked(HARMLESS, HARMLESS).unwrap().len(), HARMLESS.len());
+    }
+}

@@ -1,0 +1,177 @@
+//! Materials: glTF's factors, textures and extensions in terms of the scene's one model.
+//!
+//! Key decision: what the model cannot express becomes a warning that names it, never a quiet approximation; numbers outside of their
+//! range are clamped, because exporters round.
+
+use glam::{Vec3, Vec4};
+use serde::Deserialize;
+
+use super::super::model::{AlphaMode, Material};
+use super::Warnings;
+use super::json::{self, extension};
+use super::texture::Textures;
+use crate::error::Fault;
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct EmissiveStrength {
+    emissive_strength: Option<f32>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Transmission {
+    #[serde(default)]
+    transmission_factor: f32,
+    transmission_texture: Option<serde_json::Value>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Volume {
+    #[serde(default)]
+    thickness_factor: f32,
+    attenuation_distance: Option<f32>,
+}
+
+#[derive(Deserialize)]
+struct Ior {
+    ior: Option<f32>,
+}
+
+/// The material that primitives without one have.
+pub(super) fn fallback() -> Material {
+    Material { metallic: 1.0, double_sided: false, ..Material::default() }
+}
+
+/// Reads a material; `place` names it in messages.
+pub(super) fn read(
+    source: &json::Material,
+    place: &str,
+    textures: &mut Textures<'_>,
+    warnings: &mut Warnings,
+) -> Result<Material, Fault> {
+    let pbr = &source.pbr_metallic_roughness;
+    let mut texture = |slot: &str, info: &Option<json::TextureInfo>, warnings: &mut Warnings| match info {
+        Some(info) => textures.read(info, place, warnings).map_err(|f| f.within(slot)),
+        None => Ok(None),
+    };
+    let mut material = Material {
+        name: source.name.clone().unwrap_or_else(|| String::from(place)),
+        base_color: Vec4::from_array(pbr.base_color_factor.unwrap_or([1.0; 4])).clamp(Vec4::ZERO, Vec4::ONE),
+        base_color_texture: texture("baseColorTexture", &pbr.base_color_texture, warnings)?,
+        metallic: pbr.metallic_factor.unwrap_or(1.0).clamp(0.0, 1.0),
+        roughness: pbr.roughness_factor.unwrap_or(1.0).clamp(0.0, 1.0),
+        metallic_roughness_texture: texture("metallicRoughnessTexture", &pbr.metallic_roughness_texture, warnings)?,
+        normal_texture: texture("normalTexture", &source.normal_texture, warnings)?,
+        normal_scale: source.normal_texture.as_ref().and_then(|info| info.scale).unwrap_or(1.0),
+        emissive: Vec3::from_array(source.emissive_factor).max(Vec3::ZERO),
+        emissive_texture: texture("emissiveTexture", &source.emissive_texture, warnings)?,
+        alpha: alpha(source)?,
+        double_sided: source.double_sided,
+        ..Material::default()
+    };
+
+    let extensions = &source.extensions;
+    if let Some(EmissiveStrength { emissive_strength }) = extension(extensions, "KHR_materials_emissive_strength")? {
+        material.emissive *= emissive_strength.unwrap_or(1.0).max(0.0);
+    }
+    if let Some(transmission) = extension::<Transmission>(extensions, "KHR_materials_transmission")? {
+        material.transmission = transmission.transmission_factor.clamp(0.0, 1.0);
+        if transmission.transmission_texture.is_some() {
+            warnings.push(format!("{place}: the texture of KHR_materials_transmission is left out"));
+        }
+    }
+    if let Some(volume) = extension::<Volume>(extensions, "KHR_materials_volume")? {
+        material.solid = volume.thickness_factor > 0.0;
+        if material.solid && volume.attenuation_distance.is_some() {
+            warnings.push(format!("{place}: the attenuation of KHR_materials_volume is left out"));
+        }
+    }
+    if let Some(Ior { ior: Some(ior) }) = extension(extensions, "KHR_materials_ior")? {
+        // Zero stands for a mirror of every angle in converted materials of an older model.
+        if ior >= 1.0 {
+            material.ior = ior;
+        } else {
+            warnings.push(format!("{place}: the index of refraction {ior} is less than 1 and becomes 1.5"));
+        }
+    }
+    if extensions.contains_key("KHR_materials_unlit") {
+        make_unlit(&mut material);
+        warnings.push(format!("{place}: unlit (KHR_materials_unlit): its base colour is shown as emitted light"));
+    }
+    Ok(material)
+}
+
+fn alpha(source: &json::Material) -> Result<AlphaMode, Fault> {
+    match source.alpha_mode.as_deref() {
+        None | Some("OPAQUE") => Ok(AlphaMode::Opaque),
+        Some("BLEND") => Ok(AlphaMode::Blend),
+        // Above 1 means that nothing is seen at all, which is a legal wish.
+        Some("MASK") => Ok(AlphaMode::Mask { cutoff: source.alpha_cutoff.unwrap_or(0.5).max(0.0) }),
+        Some(mode) => Err(Fault::invalid("alphaMode", format_args!("'{mode}' is unknown"))),
+    }
+}
+
+/// Turns the base colour into light and everything else into a black body without a reflection.
+fn make_unlit(material: &mut Material) {
+    material.emissive = material.base_color.truncate();
+    material.emissive_texture = material.base_color_texture;
+    // The texture stays for its alpha; the black factor hides its colour.
+    material.base_color = Vec3::ZERO.extend(material.base_color.w);
+    material.metallic = 0.0;
+    material.metallic_roughness_texture = None;
+    material.roughness = 1.0;
+    material.normal_texture = None;
+    material.transmission = 0.0;
+    material.ior = 1.0;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::buffers::Buffers;
+    use super::*;
+    use std::path::Path;
+
+    fn read_text(text: &str) -> (Material, Vec<String>) {
+        let document = json::Document::default();
+        let buffers = Buffers::read(&document, None, Path::new("x.gltf")).unwrap();
+        let mut textures = Textures {
+            document: &document,
+            buffers: &buffers,
+            scene: Path::new("x.gltf"),
+            images: Vec::new(),
+            known: Default::default(),
+            n_texels: 0,
+        };
+        let mut warnings = Warnings::default();
+        let material = read(&serde_json::from_str(text).unwrap(), "material 0", &mut textures, &mut warnings).unwrap();
+        (material, warnings.into_lines())
+    }
+
+    // Kills: a metallic factor that defaults to 0, and a strength that is added or ignored.
+    #[test]
+    fn defaults_and_factors() {
+        let (material, warnings) = read_text(
+            r#"{"emissiveFactor":[1,0.5,0],"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":10},
+                "KHR_materials_transmission":{"transmissionFactor":0.75},"KHR_materials_ior":{"ior":1.33},
+                "KHR_materials_volume":{"thicknessFactor":0.1}}}"#,
+        );
+        assert_eq!((material.metallic, material.roughness, material.double_sided), (1.0, 1.0, false));
+        assert_eq!(material.emissive, Vec3::new(10.0, 5.0, 0.0));
+        assert_eq!((material.transmission, material.ior, material.solid), (0.75, 1.33, true));
+        assert!(warnings.is_empty());
+    }
+
+    // Kills: unlit surfaces that are lit, and an index of refraction of zero that reaches a division.
+    #[test]
+    fn unlit_and_odd_indices_are_told() {
+        let (material, warnings) = read_text(
+            r#"{"pbrMetallicRoughness":{"baseColorFactor":[0.5,0.25,1,0.5]},"alphaMode":"BLEND",
+                "extensions":{"KHR_materials_unlit":{},"KHR_materials_ior":{"ior":0}}}"#,
+        );
+        assert_eq!(material.emissive, Vec3::new(0.5, 0.25, 1.0));
+        assert_eq!((material.base_color, material.ior), (Vec4::new(0.0, 0.0, 0.0, 0.5), 1.0));
+        assert_eq!(warnings.len(), 2);
+    }
+}

@@ -1,0 +1,153 @@
+//! The node graph: which nodes a scene shows and where they stand in the world.
+//!
+//! Key decision: parents are counted before anything is visited. A graph where every node has one parent at most and every node hangs
+//! below a root is a forest, so the walk needs neither marks nor a depth limit, and its stack lives on the heap.
+
+use glam::{DMat4, DQuat, DVec3};
+
+use super::Warnings;
+use super::json::{Document, Node};
+use crate::error::Fault;
+
+/// A node that is shown.
+pub(super) struct Placed {
+    pub(super) node: usize,
+    pub(super) world_from_node: DMat4,
+}
+
+/// The nodes of the scene that the file asks for, parents first.
+pub(super) fn place(document: &Document, warnings: &mut Warnings) -> Result<Vec<Placed>, Fault> {
+    let parents = parents(document)?;
+    let roots: Vec<usize> = match (document.scene.unwrap_or(0), document.scenes.is_empty()) {
+        (0, true) if document.scene.is_none() => (0..document.nodes.len()).filter(|&n| parents[n].is_none()).collect(),
+        (scene, _) => scene_roots(document, scene, &parents)?,
+    };
+    let mut placed = Vec::new();
+    let mut open: Vec<(usize, DMat4)> = roots.into_iter().rev().map(|root| (root, DMat4::IDENTITY)).collect();
+    while let Some((index, world_from_parent)) = open.pop() {
+        let node = &document.nodes[index];
+        let world_from_node = world_from_parent * local(node, index, warnings);
+        if !world_from_node.is_finite() {
+            return Err(Fault::invalid(format_args!("node {index}"), "the transform is not finite"));
+        }
+        placed.push(Placed { node: index, world_from_node });
+        open.extend(node.children.iter().rev().map(|&child| (child, world_from_node)));
+    }
+    Ok(placed)
+}
+
+fn scene_roots(document: &Document, scene: usize, parents: &[Option<usize>]) -> Result<Vec<usize>, Fault> {
+    let place = format!("scene {scene}");
+    let list = document.scenes.get(scene).ok_or_else(|| Fault::invalid(&place, "it does not exist"))?;
+    let mut roots = list.nodes.clone();
+    for &root in &roots {
+        match parents.get(root) {
+            None => return Err(Fault::invalid(place, format_args!("node {root} does not exist"))),
+            Some(Some(parent)) => return Err(Fault::invalid(place, format_args!("node {root} is a child of node {parent}"))),
+            Some(None) => {}
+        }
+    }
+    roots.sort_unstable();
+    if let Some(pair) = roots.windows(2).find(|pair| pair[0] == pair[1]) {
+        return Err(Fault::invalid(place, format_args!("node {} is listed twice", pair[0])));
+    }
+    Ok(list.nodes.clone())
+}
+
+/// The parent of each node, after the check that the graph is a forest.
+fn parents(document: &Document) -> Result<Vec<Option<usize>>, Fault> {
+    let mut parents = vec![None; document.nodes.len()];
+    for (index, node) in document.nodes.iter().enumerate() {
+        for &child in &node.children {
+            let place = format!("node {index}");
+            match parents.get_mut(child) {
+                None => return Err(Fault::invalid(place, format_args!("child {child} does not exist"))),
+                Some(Some(other)) => {
+                    return Err(Fault::invalid(place, format_args!("child {child} is a child of node {other} already")));
+                }
+                Some(parent) => *parent = Some(index),
+            }
+        }
+    }
+    // Nodes on a cycle have a parent each and hang below no root: those that the walk from the roots misses.
+    let mut reached = vec![false; document.nodes.len()];
+    let mut open: Vec<usize> = (0..parents.len()).filter(|&n| parents[n].is_none()).collect();
+    while let Some(index) = open.pop() {
+        reached[index] = true;
+        open.extend(&document.nodes[index].children);
+    }
+    match reached.iter().position(|&reached| !reached) {
+        Some(index) => Err(Fault::invalid(format_args!("node {index}"), "it is its own ancestor, or hangs below such a node")),
+        None => Ok(parents),
+    }
+}
+
+fn local(node: &Node, index: usize, warnings: &mut Warnings) -> DMat4 {
+    if let Some(matrix) = &node.matrix {
+        return DMat4::from_cols_array(matrix);
+    }
+    let translation = node.translation.map_or(DVec3::ZERO, DVec3::from_array);
+    let scale = node.scale.map_or(DVec3::ONE, DVec3::from_array);
+    let rotation = node.rotation.map_or(DQuat::IDENTITY, DQuat::from_array);
+    let length = rotation.length();
+    let rotation = if length > 0.0 && length.is_finite() {
+        rotation / length
+    } else {
+        warnings.push(format!("node {index}: the rotation has no length and is left out"));
+        DQuat::IDENTITY
+    };
+    DMat4::from_scale_rotation_translation(scale, rotation, translation)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::container::parse;
+    use super::*;
+
+    fn placed(nodes: &str) -> Result<Vec<Placed>, Fault> {
+        let text = format!(r#"{{"asset":{{"version":"2.0"}},{nodes}}}"#);
+        place(&parse(text.as_bytes())?, &mut Warnings::default())
+    }
+
+    // Kills: a walk that never ends on a cycle, and one that shows a shared child twice.
+    #[test]
+    fn only_forests_are_shown() {
+        assert!(placed(r#""nodes":[{"children":[1]},{"children":[0]}]"#).is_err(), "cycle");
+        assert!(placed(r#""nodes":[{"children":[0]}]"#).is_err(), "self");
+        assert!(placed(r#""nodes":[{"children":[2]},{"children":[2]},{}]"#).is_err(), "two parents");
+        assert!(placed(r#""nodes":[{"children":[1,1]},{}]"#).is_err(), "twice the same child");
+        assert!(placed(r#""nodes":[{"children":[7]}]"#).is_err(), "out of range");
+        assert!(placed(r#""scene":0,"scenes":[{"nodes":[0,0]}],"nodes":[{}]"#).is_err(), "root twice");
+        assert!(placed(r#""scene":0,"scenes":[{"nodes":[1]}],"nodes":[{"children":[1]},{}]"#).is_err(), "root with a parent");
+        assert!(placed(r#""scene":3,"nodes":[{}]"#).is_err(), "scene out of range");
+    }
+
+    // Kills: recursion, which overflows the stack on a chain like this one.
+    #[test]
+    fn depth_costs_no_stack() {
+        let mut nodes = String::from(r#""nodes":["#);
+        for child in 1..200_000 {
+            nodes.push_str(&format!(r#"{{"children":[{child}]}},"#));
+        }
+        nodes.push_str("{}]");
+        assert_eq!(placed(&nodes).unwrap().len(), 200_000);
+    }
+
+    // Kills: child before parent in the product, and a scale that is applied after the rotation.
+    #[test]
+    fn transforms_are_chained_from_the_root() {
+        let nodes = r#""nodes":[{"children":[1],"translation":[1,0,0],"scale":[2,1,1]},{"rotation":[0,0,0.70710678,0.70710678]}]"#;
+        let placed = placed(nodes).unwrap();
+        let moved = placed[1].world_from_node.transform_point3(DVec3::new(0.0, -1.0, 0.0));
+        assert!(moved.abs_diff_eq(DVec3::new(3.0, 0.0, 0.0), 1e-6), "{moved}");
+    }
+
+    // Kills: showing every node although the file names a scene, and nothing when it names none.
+    #[test]
+    fn the_default_scene_is_chosen() {
+        let count = |text: &str| placed(text).unwrap().len();
+        assert_eq!(count(r#""nodes":[{},{"children":[2]},{}]"#), 3);
+        assert_eq!(count(r#""scenes":[{"nodes":[0]},{"nodes":[0,1]}],"nodes":[{},{}]"#), 1);
+        assert_eq!(count(r#""scene":1,"scenes":[{"nodes":[0]},{"nodes":[0,1]}],"nodes":[{},{}]"#), 2);
+    }
+}

@@ -1,0 +1,48 @@
+//! From files to a [`Scene`].
+//!
+//! Key decision: a reader either returns a scene that passed [`Scene::validate`] or an error that names the place; nothing after this
+//! module checks an index or a number again. What can be repaired without a guess about the author's intent is repaired, and every
+//! repair is one line in [`Scene::warnings`].
+//!
+//! **Invariant:** no file makes a reader panic, recurse without bound, or allocate much more than the file's own size explains;
+//! the caps of [`limits`] bound what compression and instancing can multiply.
+
+pub mod builtin;
+pub mod environment;
+pub mod framing;
+mod gltf;
+mod guard;
+pub mod limits;
+mod model;
+pub mod shapes;
+mod validate;
+
+use std::path::Path;
+
+pub use crate::error::Error;
+pub use builtin::{BUILTIN, builtin};
+pub use environment::load_environment;
+pub use model::*;
+pub use validate::Bounds;
+
+/// Reads a scene file: glTF 2.0, binary (`.glb`) or text (`.gltf`).
+///
+/// The scene has at least one camera; if the file has none, it is [`framing::FRAMED`].
+///
+/// # Errors
+/// When the file cannot be read, breaks its format, or requires an extension that is not supported.
+pub fn load(path: &Path) -> Result<Scene, Error> {
+    let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+    if !matches!(extension.as_deref(), Some("glb" | "gltf")) {
+        return Err(Error::extension(path, ".glb or .gltf"));
+    }
+    let bytes = limits::read_file(path)?;
+    let mut scene = gltf::read(path, &bytes).map_err(|fault| fault.in_file(path))?;
+    scene.check().map_err(|fault| fault.in_file(path))?;
+    if scene.cameras.is_empty() {
+        let camera = framing::frame(scene.bounds(), 1.0);
+        scene.cameras.push(camera);
+        scene.warnings.push(String::from("the file has no camera: the scene is framed from the front"));
+    }
+    Ok(scene)
+}
