@@ -1,1 +1,42 @@
-//! x
+//! wavepool schedules wavefront programs on the GPU: very many independent walks (light paths, particles, rays, random walks), each
+//! with an unknown number of steps.
+//!
+//! You write the walk as plain WGSL functions; wavepool keeps the state of a pool of lanes, refills lanes whose walk has ended, ends
+//! hopeless walks, orders the work and launches the stages. The schedule is one value, swapped without touching the stages:
+//!
+//! ```no_run
+#![doc = include_str!("../../../examples/collatz/src/main.rs")]
+//! ```
+//!
+//! The WGSL of that program:
+//!
+//! ```wgsl
+#![doc = include_str!("../../../examples/collatz/src/collatz.wgsl")]
+//! ```
+//!
+//! Key decisions: the device decides, the host records; random numbers and results belong to items, never to lanes; so every schedule
+//! gives the same bits on one device and driver. What is given up: stages are pure in their lane, they cannot talk to each other.
+//!
+//! **Invariant:** `program`, `layout`, `policy` and `plan` never see a device; `executor` alone encodes wgpu commands.
+
+mod control;
+mod error;
+mod executor;
+mod film;
+mod gpu;
+pub mod layout;
+pub mod plan;
+pub mod policy;
+mod program;
+mod schedule;
+pub mod shader;
+
+pub use error::{Error, Result};
+pub use executor::{Progress, Report, Resources, Scheduler};
+pub use film::Film;
+pub use gpu::{AdapterFacts, GpuContext, GpuOptions, adapters};
+pub use policy::{ImageTiles, LinearRange};
+pub use program::{Program, ProgramBuilder};
+pub use schedule::Schedule;
+
+pub use {bytemuck, naga, wgpu};

@@ -1,0 +1,167 @@
+//! Facts that the host shares with the scheduler's kernels, declared once and emitted to WGSL.
+//!
+//! **Invariant:** the WGSL declaration and the Rust struct come from the same list; naga's offsets are compared in a test.
+
+use crate::layout::BLOCK;
+
+/// Passes that may be in flight at once, at most: the size of the tick's table.
+pub(crate) const MAX_RING: u32 = 64;
+/// Work-groups per dimension that every device accepts.
+pub(crate) const MAX_GROUPS: u32 = 65_535;
+/// "No tile", "no pixel".
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// Where the arguments of each indirect launch lie, in words.
+pub(crate) mod arguments {
+    pub(crate) const GENERATE: u32 = 0;
+    pub(crate) const STAGE: u32 = 4;
+    pub(crate) const RESOLVE: u32 = 8;
+    pub(crate) const WORDS: u32 = 12;
+}
+
+/// Where the counters lie, in words.
+pub(crate) mod counters {
+    pub(crate) const NOT_FINITE: u32 = 0;
+    pub(crate) const MISSING: u32 = 1;
+    pub(crate) const KILLED: u32 = 2;
+    /// Two words per block follow: live lanes, lanes killed by roulette.
+    pub(crate) const BLOCKS: u32 = 16;
+}
+
+macro_rules! control_record {
+    ($($(#[$doc:meta])* $name:ident: $ty:ty = $wgsl:literal,)*) => {
+        /// The head of the control buffer; the block table follows.
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+        pub(crate) struct Control {
+            $($(#[$doc])* pub(crate) $name: $ty,)*
+        }
+
+        impl Control {
+            fn members() -> String {
+                [$(concat!("    ", stringify!($name), ": ", $wgsl, ",\n")),*].concat()
+            }
+        }
+
+        #[cfg(test)]
+        const OFFSETS: &[(&str, usize)] = &[$((stringify!($name), std::mem::offset_of!(Control, $name))),*];
+    };
+}
+
+control_record! {
+    /// The work source's four parameters.
+    work: [u32; 4] = "vec4u",
+    /// 64-bit counters as (low, high).
+    items_started: [u32; 2] = "vec2u",
+    /// Items ended by roulette, counted when their block is retired.
+    items_killed: [u32; 2] = "vec2u",
+    /// Sum of live blocks over steps.
+    block_steps: [u32; 2] = "vec2u",
+    /// Sum over steps of the lanes alive when the step began.
+    lane_steps: [u32; 2] = "vec2u",
+    /// Always zero; kernels cannot know it.
+    opaque_zero: u32 = "u32",
+    /// Tiles per pass.
+    tiles: u32 = "u32",
+    /// Passes to do.
+    passes: u32 = "u32",
+    /// Sample number of pass 0.
+    first_sample: u32 = "u32",
+    /// Blocks of the pool; of the megakernel: tiles per launch.
+    pool_blocks: u32 = "u32",
+    /// Passes whose results can be kept at once.
+    ring: u32 = "u32",
+    /// Steps in which a block was live.
+    step: u32 = "u32",
+    /// Length of the list of live blocks.
+    live_blocks: u32 = "u32",
+    /// Length of the list of blocks that start a tile in this step.
+    new_blocks: u32 = "u32",
+    /// Head of the tile queue.
+    next_pass: u32 = "u32",
+    /// Head of the tile queue within the pass.
+    next_position: u32 = "u32",
+    /// Passes that have been handed to the resolve kernel.
+    resolved: u32 = "u32",
+    /// The pass that the next resolve launch adds.
+    resolve_pass: u32 = "u32",
+    /// Ticks that handed out tiles.
+    regenerations: u32 = "u32",
+    /// Keys the draws of roulette together with pixel, sample and step.
+    seed: u32 = "u32",
+    /// Keeps the size a multiple of 16.
+    padding: u32 = "u32",
+}
+
+impl Control {
+    /// Words of the whole control buffer for a pool.
+    pub(crate) fn words(pool_blocks: u32) -> u64 {
+        size_of::<Control>() as u64 / 4 + u64::from(MAX_RING) + 5 * u64::from(pool_blocks)
+    }
+}
+
+/// A 64-bit counter as the kernels keep it.
+pub(crate) fn counter_64(words: [u32; 2]) -> u64 {
+    u64::from(words[0]) | u64::from(words[1]) << 32
+}
+
+/// Declarations that every kernel and every program sees.
+pub(crate) fn declarations() -> String {
+    let members = Control::members();
+    format!(
+        "struct Item {{ tile: u32, index: u32, pixel: u32, sample: u32 }}\n\
+         const CONTINUE: u32 = 0u;\n\
+         const FINISH: u32 = 1u;\n\
+         const WF_NONE: u32 = {NONE:#x}u;\n\
+         const WF_MAX_GROUPS: u32 = {MAX_GROUPS}u;\n\
+         const WF_BLOCK_TABLE: u32 = {MAX_RING}u;\n\
+         const WF_GENERATE_ARGUMENTS: u32 = {}u;\n\
+         const WF_STAGE_ARGUMENTS: u32 = {}u;\n\
+         const WF_RESOLVE_ARGUMENTS: u32 = {}u;\n\
+         const WF_NOT_FINITE: u32 = {}u;\n\
+         const WF_MISSING: u32 = {}u;\n\
+         const WF_KILLED: u32 = {}u;\n\
+         struct WfControl {{\n{members}    words: array<u32>,\n}}\n\
+         fn wf_live_counter(block: u32) -> u32 {{ return {}u + 2u * block; }}\n\
+         fn wf_killed_counter(block: u32) -> u32 {{ return {}u + 2u * block; }}\n\
+         fn wf_block_tile(block: u32) -> u32 {{ return wf_control.words[WF_BLOCK_TABLE + block]; }}\n\
+         fn wf_block_pass(block: u32) -> u32 {{ return wf_control.words[WF_BLOCK_TABLE + wf_control.pool_blocks + block]; }}\n\
+         fn wf_block_birth(block: u32) -> u32 {{ return wf_control.words[WF_BLOCK_TABLE + 2u * wf_control.pool_blocks + block]; }}\n\
+         fn wf_live_block(index: u32) -> u32 {{ return wf_control.words[WF_BLOCK_TABLE + 3u * wf_control.pool_blocks + index]; }}\n\
+         fn wf_new_block(index: u32) -> u32 {{ return wf_control.words[WF_BLOCK_TABLE + 4u * wf_control.pool_blocks + index]; }}\n",
+        arguments::GENERATE,
+        arguments::STAGE,
+        arguments::RESOLVE,
+        counters::NOT_FINITE,
+        counters::MISSING,
+        counters::KILLED,
+        counters::BLOCKS,
+        counters::BLOCKS + 1,
+    )
+}
+
+/// Words of the counters buffer for a pool.
+pub(crate) fn counter_words(pool_blocks: u32) -> u64 {
+    u64::from(counters::BLOCKS) + 2 * u64::from(pool_blocks)
+}
+
+const _: () = assert!(size_of::<Control>().is_multiple_of(16) && BLOCK == 256);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Kills: two members swapped in the Rust struct alone.
+    #[test]
+    fn offsets_agree_with_naga() {
+        let text = format!("{}\n@group(0) @binding(0) var<storage, read> wf_control: WfControl;", declarations());
+        let module = naga::front::wgsl::parse_str(&text).expect("the declarations parse");
+        let (_, ty) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some("WfControl")).expect("the struct is there");
+        let naga::TypeInner::Struct { members, .. } = &ty.inner else { panic!("not a struct") };
+        for ((name, offset), member) in OFFSETS.iter().zip(members) {
+            assert_eq!(member.name.as_deref(), Some(*name));
+            assert_eq!(member.offset as usize, *offset, "{name}");
+        }
+        assert_eq!(members.last().map(|member| member.offset as usize), Some(size_of::<Control>()));
+    }
+}

@@ -1,0 +1,136 @@
+//! A device for programs that have none of their own.
+//!
+//! Key decision: the scheduler borrows any `wgpu::Device`; this context is an offer. It switches the validation of indirect calls off
+//! (wgpu runs an extra dispatch for each, even in release): the tick's arguments are in bounds by construction.
+
+use std::sync::{Arc, Mutex};
+
+use crate::{Error, Result};
+
+/// A device, its queue and what is known about them.
+#[derive(Clone, Debug)]
+pub struct GpuContext {
+    /// The device.
+    pub device: wgpu::Device,
+    /// Its queue.
+    pub queue: wgpu::Queue,
+    /// Which adapter it came from.
+    pub facts: AdapterFacts,
+    lost: Arc<Mutex<Option<String>>>,
+}
+
+/// How to choose an adapter.
+#[derive(Clone, Debug, Default)]
+pub struct GpuOptions {
+    /// Part of the adapter's or driver's name, any case; also taken from `WAVEPOOL_ADAPTER`.
+    pub adapter: Option<String>,
+}
+
+/// What an adapter says about itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AdapterFacts {
+    /// Its name.
+    pub name: String,
+    /// The API, as wgpu calls it.
+    pub backend: String,
+    /// Driver name and version.
+    pub driver: String,
+    /// `DiscreteGpu`, `IntegratedGpu`, `VirtualGpu`, `Cpu` or `Other`.
+    pub device_type: String,
+}
+
+impl AdapterFacts {
+    fn of(adapter: &wgpu::Adapter) -> Self {
+        let info = adapter.get_info();
+        AdapterFacts {
+            name: info.name,
+            backend: info.backend.to_string(),
+            driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
+            device_type: format!("{:?}", info.device_type),
+        }
+    }
+
+    /// True for drivers that run on the CPU.
+    pub fn is_software(&self) -> bool {
+        self.device_type == "Cpu"
+    }
+
+    fn rank(&self) -> u32 {
+        ["DiscreteGpu", "IntegratedGpu", "VirtualGpu", "Other", "Cpu"].iter().position(|kind| *kind == self.device_type).unwrap_or(5) as u32
+    }
+}
+
+impl std::fmt::Display for AdapterFacts {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} ({}, {})", self.name, self.backend, self.driver)
+    }
+}
+
+fn instance() -> wgpu::Instance {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.flags = wgpu::InstanceFlags::empty();
+    wgpu::Instance::new(descriptor)
+}
+
+fn usable(instance: &wgpu::Instance) -> Vec<(AdapterFacts, wgpu::Adapter)> {
+    let mut found: Vec<_> = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY))
+        .into_iter()
+        .filter(|adapter| adapter.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS))
+        .map(|adapter| (AdapterFacts::of(&adapter), adapter))
+        .collect();
+    found.sort_by_key(|(facts, _)| facts.rank());
+    found
+}
+
+/// The adapters that can run wavepool, best first.
+pub fn adapters() -> Vec<AdapterFacts> {
+    usable(&instance()).into_iter().map(|(facts, _)| facts).collect()
+}
+
+impl GpuContext {
+    /// A device on the best adapter, or on the one that the environment variable `WAVEPOOL_ADAPTER` names.
+    ///
+    /// # Errors
+    /// [`Error::NoAdapter`], [`Error::NoDevice`].
+    pub fn headless() -> Result<Self> {
+        Self::new(&GpuOptions::default())
+    }
+
+    /// A device as `options` ask.
+    ///
+    /// # Errors
+    /// [`Error::NoAdapter`], [`Error::NoDevice`].
+    pub fn new(options: &GpuOptions) -> Result<Self> {
+        let wanted = options.adapter.clone().or_else(|| std::env::var("WAVEPOOL_ADAPTER").ok()).filter(|name| !name.is_empty());
+        let mut found = usable(&instance());
+        if let Some(wanted) = &wanted {
+            let needle = wanted.to_lowercase();
+            let names: Vec<String> = found.iter().map(|(facts, _)| facts.name.clone()).collect();
+            found.retain(|(facts, _)| facts.to_string().to_lowercase().contains(&needle));
+            if found.is_empty() && !names.is_empty() {
+                return Err(Error::NoAdapter(format!(" of the name `{wanted}`; there are: {}", names.join(", "))));
+            }
+        }
+        let Some((facts, adapter)) = found.into_iter().next() else { return Err(Error::NoAdapter(String::new())) };
+        let offered = adapter.limits();
+        let mut limits = wgpu::Limits::default();
+        limits.max_storage_buffer_binding_size = limits.max_storage_buffer_binding_size.max(offered.max_storage_buffer_binding_size);
+        limits.max_buffer_size = limits.max_buffer_size.max(offered.max_buffer_size);
+        let descriptor = wgpu::DeviceDescriptor { label: Some("wavepool"), required_limits: limits, ..Default::default() };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|source| Error::NoDevice { adapter: facts.name.clone(), source })?;
+        let lost = Arc::new(Mutex::new(None));
+        let report = Arc::clone(&lost);
+        device.set_device_lost_callback(move |reason, message| {
+            if let Ok(mut slot) = report.lock() {
+                *slot = Some(format!("{reason:?}: {message}"));
+            }
+        });
+        Ok(GpuContext { device, queue, facts, lost })
+    }
+
+    /// Why the device went away, when it has.
+    pub fn lost(&self) -> Option<String> {
+        self.lost.lock().ok().and_then(|slot| slot.clone())
+    }
+}

@@ -1,0 +1,118 @@
+//! The schedule as data: which kernels a step launches, in which order, and who says how many groups.
+//!
+//! **Invariant:** a plan holds no device object; printing it is a complete description of what the executor records.
+
+use std::fmt;
+
+use crate::policy::Execution;
+
+/// Who knows the number of work-groups.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Size {
+    /// Fixed.
+    Groups(u32),
+    /// Blocks that start a tile in this step, as the tick has written.
+    NewBlocks,
+    /// Live blocks, as the tick has written.
+    LiveBlocks,
+    /// All tiles when a pass is complete, else none.
+    FinishedTiles,
+}
+
+/// What a dispatch runs.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Kernel {
+    /// Starts tiles in newly assigned blocks.
+    Generate,
+    /// One stage of the program.
+    Stage(String),
+    /// All stages in a loop.
+    Megakernel,
+    /// Decides what runs next.
+    Tick,
+    /// The megakernel's tick.
+    Advance,
+    /// Adds a finished pass to the film.
+    Resolve,
+}
+
+impl Kernel {
+    /// The entry point in the generated WGSL.
+    pub fn entry_point(&self) -> String {
+        match self {
+            Kernel::Stage(name) => format!("wf_stage_{name}"),
+            kernel => format!("wf_{kernel}"),
+        }
+    }
+}
+
+impl fmt::Display for Kernel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Kernel::Generate => "generate",
+            Kernel::Stage(name) => name,
+            Kernel::Megakernel => "megakernel",
+            Kernel::Tick => "tick",
+            Kernel::Advance => "advance",
+            Kernel::Resolve => "resolve",
+        })
+    }
+}
+
+/// One dispatch.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Launch {
+    /// What runs.
+    pub kernel: Kernel,
+    /// Number of groups.
+    pub size: Size,
+}
+
+/// What is launched once, and what is launched per step until all passes are resolved.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Plan {
+    /// Before the first step.
+    pub opening: Vec<Launch>,
+    /// Every step.
+    pub step: Vec<Launch>,
+}
+
+impl Plan {
+    /// The plan of an execution for the given stages.
+    pub fn new<'a>(execution: Execution, stages: impl Iterator<Item = &'a str>) -> Self {
+        let launch = |kernel, size| Launch { kernel, size };
+        let resolve = launch(Kernel::Resolve, Size::FinishedTiles);
+        match execution {
+            Execution::Wavefront => {
+                let tick = launch(Kernel::Tick, Size::Groups(1));
+                let mut step = vec![launch(Kernel::Generate, Size::NewBlocks)];
+                step.extend(stages.map(|stage| launch(Kernel::Stage(stage.to_owned()), Size::LiveBlocks)));
+                step.extend([tick.clone(), resolve]);
+                Plan { opening: vec![tick], step }
+            }
+            Execution::Megakernel => {
+                let advance = launch(Kernel::Advance, Size::Groups(1));
+                Plan { opening: vec![advance.clone()], step: vec![launch(Kernel::Megakernel, Size::LiveBlocks), advance, resolve] }
+            }
+        }
+    }
+}
+
+impl fmt::Display for Plan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let line = |f: &mut fmt::Formatter<'_>, when: &str, launches: &[Launch]| {
+            let launches: Vec<String> = launches
+                .iter()
+                .map(|launch| match launch.size {
+                    Size::Groups(groups) => format!("{} x{groups}", launch.kernel),
+                    size => format!("{} x{size:?}", launch.kernel),
+                })
+                .collect();
+            writeln!(f, "{when}: {}", launches.join(" -> "))
+        };
+        line(f, "once", &self.opening)?;
+        line(f, "step", &self.step)
+    }
+}

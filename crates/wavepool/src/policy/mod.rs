@@ -1,0 +1,18 @@
+//! Policies: the decisions of the scheduler, as traits with two faces.
+//!
+//! Key decision: each policy has a device face, WGSL linked into the scheduler's kernels, and a host face, a pure function that takes
+//! the same decision from the same numbers. Both use integers, so that they agree bit for bit.
+//!
+//! **Invariant:** no policy sees a device; what the library's own policies use is public.
+
+mod execution;
+mod regeneration;
+mod roulette;
+mod tile_order;
+mod work_source;
+
+pub use execution::Execution;
+pub use regeneration::{BlockInPlace, NeverRegenerate, Regeneration};
+pub use roulette::{PerLane, Roulette};
+pub use tile_order::{Scanline, TileOrder};
+pub use work_source::{ImageTiles, LinearRange, WorkSource};

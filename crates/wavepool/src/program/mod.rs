@@ -1,0 +1,209 @@
+//! What the user declares: the program.
+//!
+//! Key decision: state, stages and their order are declared once, in WGSL and in one list of names; everything else (what each stage
+//! moves, which bindings exist, what the result looks like) is read from the WGSL. A program knows no device and no schedule.
+
+use std::borrow::Cow;
+
+use crate::{
+    Result,
+    error::Error,
+    layout::{Layout, lay_out},
+    policy::{ImageTiles, WorkSource},
+    shader::{Composition, Interface, SourceModule, Summary, compose, header, inspect},
+};
+
+/// The names of the contract's functions.
+#[derive(Clone, Debug)]
+pub(crate) struct Names {
+    pub(crate) generate: String,
+    pub(crate) stages: Vec<String>,
+    pub(crate) finish: String,
+    pub(crate) survival: String,
+    pub(crate) reweight: String,
+}
+
+/// A checked wavefront program: WGSL modules, stages in order, and what the library has found out about them.
+#[derive(Clone, Debug)]
+pub struct Program {
+    name: String,
+    names: Names,
+    roots: Vec<SourceModule>,
+    library: Vec<SourceModule>,
+    interface: Interface,
+}
+
+/// Collects the parts of a [`Program`].
+#[derive(Clone, Debug)]
+pub struct ProgramBuilder {
+    name: String,
+    names: Names,
+    roots: Vec<SourceModule>,
+    library: Vec<SourceModule>,
+}
+
+impl Program {
+    /// Begins a program; the name appears in labels and messages.
+    ///
+    /// # Example
+    /// ```
+    /// let program = wavepool::Program::builder("count")
+    ///     .source("count.wgsl", "
+    ///         struct Walk { left: u32, steps: u32 }
+    ///         fn generate(walk: ptr<function, Walk>, item: Item) { (*walk).left = item.pixel % 7u; }
+    ///         fn count_down(walk: ptr<function, Walk>) -> u32 {
+    ///             if ((*walk).left == 0u) { return FINISH; }
+    ///             (*walk).left -= 1u;
+    ///             (*walk).steps += 1u;
+    ///             return CONTINUE;
+    ///         }
+    ///         fn finish(walk: ptr<function, Walk>) -> u32 { return (*walk).steps; }")
+    ///     .stage("count_down")
+    ///     .build()?;
+    /// assert_eq!(program.layout(false).bytes_per_lane(), 12);
+    /// # Ok::<(), wavepool::Error>(())
+    /// ```
+    pub fn builder(name: &str) -> ProgramBuilder {
+        ProgramBuilder {
+            name: name.to_owned(),
+            names: Names {
+                generate: "generate".into(),
+                stages: Vec::new(),
+                finish: "finish".into(),
+                survival: "survival".into(),
+                reweight: "reweight".into(),
+            },
+            roots: Vec::new(),
+            library: wavepool_shaders::MATH.iter().map(|module| library_module("wavepool", module)).collect(),
+        }
+    }
+
+    /// The name given to [`builder`](Self::builder).
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The stages, in the order of a step.
+    pub fn stages(&self) -> impl Iterator<Item = &str> {
+        self.names.stages.iter().map(String::as_str)
+    }
+
+    /// True when the program declares `survival` and `reweight`.
+    pub fn has_roulette(&self) -> bool {
+        self.interface.survival.is_some()
+    }
+
+    /// What is kept where, and who moves it; it depends on whether roulette runs after the last stage.
+    pub fn layout(&self, with_roulette: bool) -> Layout {
+        lay_out(&self.interface, with_roulette && self.has_roulette())
+    }
+
+    /// What a stage reads and writes, by name.
+    pub fn summary(&self, stage: &str) -> Option<&Summary> {
+        match stage {
+            _ if stage == self.names.generate => Some(&self.interface.generate),
+            _ if stage == self.names.finish => Some(&self.interface.finish),
+            _ => self.interface.stages.iter().find(|facts| facts.name == stage).map(|facts| &facts.summary),
+        }
+    }
+
+    /// Places where the inference had to count more leaves than are used: one line each, `file:line:column: reason`.
+    pub fn widened(&self) -> Vec<String> {
+        let Ok(composition) = composition(&self.roots, &self.library, &default_source()) else { return Vec::new() };
+        let mut lines: Vec<String> = self
+            .interface
+            .stages
+            .iter()
+            .map(|stage| &stage.summary)
+            .chain([&self.interface.generate, &self.interface.finish])
+            .flat_map(|summary| &summary.widened)
+            .map(|(span, reason)| {
+                let place = composition.diagnostic(*span, reason, "", &[]);
+                format!("{}:{}:{}: {reason}", place.file, place.line, place.column)
+            })
+            .collect();
+        lines.dedup();
+        lines
+    }
+
+    /// The program's text behind the declarations for `source`, as far as it does not depend on the schedule.
+    pub(crate) fn compose(&self, source: &dyn WorkSource) -> Result<Composition> {
+        composition(&self.roots, &self.library, source).map_err(Error::Shader)
+    }
+
+    pub(crate) fn interface(&self) -> &Interface {
+        &self.interface
+    }
+
+    pub(crate) fn names(&self) -> &Names {
+        &self.names
+    }
+}
+
+fn library_module(package: &'static str, module: &wavepool_shaders::Module) -> SourceModule {
+    SourceModule { package: package.into(), path: module.path.into(), file: module.file.into(), text: module.text.into() }
+}
+
+/// Stands in for the work source while a program is checked without a run.
+fn default_source() -> ImageTiles {
+    ImageTiles { width: 16, height: 16 }
+}
+
+fn composition(
+    roots: &[SourceModule],
+    library: &[SourceModule],
+    source: &dyn WorkSource,
+) -> std::result::Result<Composition, Vec<crate::shader::Diagnostic>> {
+    let mut composition = Composition::default();
+    let header = header(source);
+    composition.push("generated by wavepool", &header, &header);
+    compose(&mut composition, roots, library)?;
+    Ok(composition)
+}
+
+impl ProgramBuilder {
+    /// Adds a WGSL file whose declarations belong to the program. `file` is shown in messages; imports know it as
+    /// `package::` and its name without extension.
+    pub fn source(mut self, file: impl Into<Cow<'static, str>>, text: impl Into<Cow<'static, str>>) -> Self {
+        let file = file.into();
+        let stem = file.rsplit(['/', '\\']).next().unwrap_or(&file);
+        let path = stem.strip_suffix(".wgsl").unwrap_or(stem).to_owned();
+        self.roots.push(SourceModule { package: "package".into(), path: path.into(), file, text: text.into() });
+        self
+    }
+
+    /// Adds a module that belongs to the program, with its package and path for imports spelled out.
+    pub fn module(mut self, module: SourceModule) -> Self {
+        self.roots.push(module);
+        self
+    }
+
+    /// Adds a module that is used only when something imports it.
+    pub fn library(mut self, module: SourceModule) -> Self {
+        self.library.push(module);
+        self
+    }
+
+    /// Adds a stage: a function of this name, run once per live lane and step, in the order of the calls.
+    pub fn stage(mut self, name: &str) -> Self {
+        self.names.stages.push(name.to_owned());
+        self
+    }
+
+    /// Checks everything that needs no device: imports, signatures, the rules of a stage, resources.
+    ///
+    /// # Errors
+    /// [`Error::Shader`] with file, line and caret for each mistake.
+    pub fn build(self) -> Result<Program> {
+        let ProgramBuilder { name, names, roots, library } = self;
+        if names.stages.is_empty() {
+            return Err(Error::Schedule(format!("program `{name}` has no stage")));
+        }
+        let composition = composition(&roots, &library, &default_source()).map_err(Error::Shader)?;
+        let interface = inspect(&composition, &names).map_err(Error::Shader)?;
+        if !interface.stages.iter().any(|stage| stage.decides) {
+            return Err(Error::Schedule(format!("program `{name}` never ends: no stage returns CONTINUE or FINISH")));
+        }
+        Ok(Program { name, names, roots, library, interface })
+    }
+}

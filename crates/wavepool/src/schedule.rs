@@ -1,0 +1,205 @@
+//! A schedule: one choice for every policy.
+//!
+//! **Invariant:** on one device and driver, two schedules that differ in nothing but policies give the same film, bit for bit.
+
+use std::{fmt, str::FromStr, sync::Arc};
+
+use crate::{
+    Error, Result,
+    policy::{BlockInPlace, Execution, NeverRegenerate, PerLane, Regeneration, Roulette, Scanline, TileOrder},
+};
+
+/// One choice for every policy, and the size of the pool.
+///
+/// # Example
+/// ```
+/// use wavepool::Schedule;
+/// let paper = Schedule::block();
+/// let custom: Schedule = "block,threshold=0.25,check_every=1".parse()?;
+/// assert_ne!(paper.to_string(), custom.to_string());
+/// # Ok::<(), wavepool::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Schedule {
+    /// How stages become kernels.
+    pub execution: Execution,
+    /// In which order tiles leave the queue.
+    pub order: Arc<dyn TileOrder>,
+    /// When dead blocks receive new tiles.
+    pub regeneration: Arc<dyn Regeneration>,
+    /// How hopeless walks end; used when the program declares `survival`.
+    pub roulette: Option<Arc<dyn Roulette>>,
+    /// Blocks of 256 lanes; of the megakernel: tiles per launch. `None` lets the library choose.
+    pub pool_blocks: Option<u32>,
+    /// Keep drivers from rewriting algebra across the borders of stages. Without it, executions may differ in the last bits.
+    pub pins: bool,
+    /// For tests: fills every leaf that a kernel may not use with this word.
+    pub poison: Option<u32>,
+}
+
+impl Default for Schedule {
+    fn default() -> Self {
+        Schedule::block()
+    }
+}
+
+impl Schedule {
+    /// Block-in-place regeneration, the default: half of the live blocks, every second step.
+    pub fn block() -> Self {
+        Schedule {
+            execution: Execution::Wavefront,
+            order: Arc::new(Scanline),
+            regeneration: Arc::new(BlockInPlace::default()),
+            roulette: Some(Arc::new(PerLane)),
+            pool_blocks: None,
+            pins: true,
+            poison: None,
+        }
+    }
+
+    /// No regeneration: the pool is filled, walked to its end over the live blocks, and filled again.
+    pub fn never() -> Self {
+        Schedule { regeneration: Arc::new(NeverRegenerate), ..Schedule::block() }
+    }
+
+    /// All stages in one kernel.
+    pub fn megakernel() -> Self {
+        Schedule { execution: Execution::Megakernel, ..Schedule::never() }
+    }
+
+    /// Fixes the size of the pool.
+    pub fn with_pool_blocks(self, blocks: u32) -> Self {
+        Schedule { pool_blocks: Some(blocks), ..self }
+    }
+
+    /// Replaces the regeneration policy.
+    pub fn with_regeneration(self, regeneration: impl Regeneration + 'static) -> Self {
+        Schedule { regeneration: Arc::new(regeneration), ..self }
+    }
+
+    /// Replaces the tile order.
+    pub fn with_order(self, order: impl TileOrder + 'static) -> Self {
+        Schedule { order: Arc::new(order), ..self }
+    }
+
+    /// Replaces the roulette policy.
+    pub fn with_roulette(self, roulette: Option<Arc<dyn Roulette>>) -> Self {
+        Schedule { roulette, ..self }
+    }
+
+    /// Switches the pins.
+    pub fn with_pins(self, pins: bool) -> Self {
+        Schedule { pins, ..self }
+    }
+
+    /// Fills unused leaves with a word, for tests.
+    pub fn with_poison(self, word: u32) -> Self {
+        Schedule { poison: Some(word), ..self }
+    }
+}
+
+impl fmt::Display for Schedule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.execution {
+            Execution::Megakernel => f.write_str("megakernel")?,
+            Execution::Wavefront => write!(f, "{}", self.regeneration.name())?,
+        }
+        // Every policy prints its settings through Debug; names alone would hide them.
+        if self.execution == Execution::Wavefront {
+            write!(f, " [{:?}]", self.regeneration)?;
+        }
+        write!(f, ", order {}, roulette {}", self.order.name(), self.roulette.as_ref().map_or("none", |roulette| roulette.name()))?;
+        if !self.pins {
+            f.write_str(", pins off")?;
+        }
+        Ok(())
+    }
+}
+
+const NAMES: &str = "never, block, megakernel";
+const KEYS: &str = "threshold, check_every, order, roulette, pins";
+
+impl FromStr for Schedule {
+    type Err = Error;
+
+    /// `NAME[,key=value...]`; names `never`, `block`, `megakernel`; keys `threshold` (0 to 15) and `check_every` (1 or more) of
+    /// `block`, `order` (`scanline`), `roulette` (`none`, `lane`), `pins` (`on`, `off`).
+    fn from_str(text: &str) -> Result<Self> {
+        let mut parts = text.split(',').map(str::trim);
+        let name = parts.next().unwrap_or("");
+        let mut schedule = match name {
+            "never" => Schedule::never(),
+            "block" => Schedule::block(),
+            "megakernel" => Schedule::megakernel(),
+            _ => return Err(Error::Schedule(format!("unknown name `{name}`; there are: {NAMES}"))),
+        };
+        let (mut threshold, mut check_every) = (BlockInPlace::default().threshold(), BlockInPlace::default().check_every());
+        for part in parts {
+            let Some((key, value)) = part.split_once('=').map(|(key, value)| (key.trim(), value.trim())) else {
+                return Err(Error::Schedule(format!("`{part}` is not key=value; keys are: {KEYS}")));
+            };
+            let wrong = |allowed: &str| Error::Schedule(format!("{key}={value}: allowed is {allowed}"));
+            match (key, value) {
+                ("threshold" | "check_every", _) if name != "block" => {
+                    return Err(Error::Schedule(format!("`{key}` belongs to `block`; `{name}` does not regenerate")));
+                }
+                ("threshold", _) => {
+                    let range = 0.0..=15.0;
+                    threshold = value.parse().ok().filter(|value| range.contains(value)).ok_or_else(|| wrong("0 to 15"))?;
+                }
+                ("check_every", _) => {
+                    check_every = value.parse().ok().filter(|value| *value > 0).ok_or_else(|| wrong("1 or more"))?;
+                }
+                ("order", "scanline") => schedule.order = Arc::new(Scanline),
+                ("order", _) => return Err(wrong("scanline")),
+                ("roulette", "lane") => schedule.roulette = Some(Arc::new(PerLane)),
+                ("roulette", "none") => schedule.roulette = None,
+                ("roulette", _) => return Err(wrong("none, lane")),
+                ("pins", "on") => schedule.pins = true,
+                ("pins", "off") => schedule.pins = false,
+                ("pins", _) => return Err(wrong("on, off")),
+                _ => return Err(Error::Schedule(format!("unknown key `{key}`; keys are: {KEYS}"))),
+            }
+        }
+        if name == "block" {
+            schedule.regeneration = Arc::new(BlockInPlace::new(threshold, check_every));
+        }
+        Ok(schedule)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Kills: a parser that ignores unknown keys, values out of range, or keys of another schedule.
+    #[test]
+    fn mistakes_are_named() {
+        for (text, expected) in [
+            ("blok", "unknown name `blok`; there are: never, block, megakernel"),
+            ("", "unknown name ``; there are: never, block, megakernel"),
+            ("block,treshold=1", "unknown key `treshold`"),
+            ("block,threshold=16", "threshold=16: allowed is 0 to 15"),
+            ("block,threshold=nan", "threshold=nan: allowed is 0 to 15"),
+            ("block,check_every=0", "check_every=0: allowed is 1 or more"),
+            ("never,threshold=0.5", "`threshold` belongs to `block`"),
+            ("block,roulette=warp", "roulette=warp: allowed is none, lane"),
+            ("block,threshold", "`threshold` is not key=value"),
+        ] {
+            let message = text.parse::<Schedule>().expect_err(text).to_string();
+            assert!(message.contains(expected), "{text}: {message}");
+        }
+        assert!("block, threshold=0.25, check_every=1, order=scanline, roulette=none".parse::<Schedule>().is_ok());
+    }
+
+    /// Kills: a device face whose constants are not those of the host face.
+    #[test]
+    fn threshold_is_kept_in_256ths() {
+        let policy = BlockInPlace::new(0.3, 3);
+        assert_eq!(policy.threshold(), 77.0 / 256.0);
+        assert!(policy.wgsl().contains("live * 77u") && policy.wgsl().contains("step % 3u"));
+        assert!(policy.regenerate(256, 78, 3) && !policy.regenerate(256, 77, 3) && !policy.regenerate(256, 78, 4));
+        assert!(policy.regenerate(0, 1, 4));
+    }
+}

@@ -1,0 +1,51 @@
+//! A message that points into the file the user wrote.
+
+use std::{fmt, ops::Range};
+
+use codespan_reporting::{
+    diagnostic::{Diagnostic as Report, Label},
+    files::SimpleFile,
+    term,
+};
+
+/// A mistake in WGSL: where it is and what it is. `Display` prints file, line, column, the line itself and a caret.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Diagnostic {
+    /// The file as given to the program builder; empty when the message points nowhere.
+    pub file: String,
+    /// Counted from 1.
+    pub line: usize,
+    /// Counted from 1, in characters.
+    pub column: usize,
+    /// One line.
+    pub message: String,
+    rendered: String,
+}
+
+impl Diagnostic {
+    /// Points at `span` (bytes) of `text`.
+    pub(crate) fn new(file: &str, text: &str, span: Range<usize>, message: &str, label: &str, notes: &[String]) -> Self {
+        let start = span.start.min(text.len());
+        let end = span.end.clamp(start, text.len());
+        let before = &text[..start];
+        let line = before.matches('\n').count() + 1;
+        let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
+        let report =
+            Report::error().with_message(message).with_label(Label::primary((), start..end).with_message(label)).with_notes(notes.to_vec());
+        let config = term::Config { tab_width: 4, ..term::Config::default() };
+        let rendered = term::emit_into_string(&config, &SimpleFile::new(file, text), &report)
+            .map_or_else(|_| format!("error: {message} ({file}:{line}:{column})"), |text| text.trim_end().to_owned());
+        Diagnostic { file: file.to_owned(), line, column, message: message.to_owned(), rendered }
+    }
+
+    /// Points nowhere: something is missing altogether.
+    pub(crate) fn nowhere(message: String) -> Self {
+        Diagnostic { file: String::new(), line: 0, column: 0, rendered: format!("error: {message}"), message }
+    }
+}
+
+impl fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.rendered)
+    }
+}

@@ -1,0 +1,334 @@
+//! Wraps the stages into kernels.
+//!
+//! Key decision: a wrapper is straight-line glue around one call of the user's function; all control flow that is the scheduler's
+//! stands here once and the same sequence (stage, pin, verdict, roulette, pin) is emitted for every execution. That, and the pins, is
+//! why every execution gives the same bits.
+//!
+//! **Invariant:** the user's stages are called, never copied. **Invariant:** no work-group barrier in a wrapper.
+
+use std::fmt::Write as _;
+
+use super::{Interface, LeafSet};
+use crate::{
+    control,
+    layout::{BLOCK, Layout, Scalar},
+    policy::{Execution, Regeneration, Roulette, TileOrder, WorkSource},
+};
+
+/// Everything the generator needs to know about a run.
+pub(crate) struct Glue<'a> {
+    pub(crate) interface: &'a Interface,
+    pub(crate) layout: &'a Layout,
+    pub(crate) names: &'a crate::program::Names,
+    pub(crate) source: &'a dyn WorkSource,
+    pub(crate) order: &'a dyn TileOrder,
+    pub(crate) regeneration: &'a dyn Regeneration,
+    pub(crate) roulette: Option<&'a dyn Roulette>,
+    pub(crate) execution: Execution,
+    pub(crate) pins: bool,
+    pub(crate) poison: Option<u32>,
+}
+
+/// Group 0 as stages see it, and what the work source provides; enough to inspect a program.
+pub(crate) fn header(source: &dyn WorkSource) -> String {
+    format!(
+        "{}@group(0) @binding(0) var<storage, read> wf_control: WfControl;\n\
+         @group(0) @binding(1) var<storage, read_write> wf_counters: array<atomic<u32>>;\n\
+         @group(0) @binding(2) var<storage, read_write> wf_results: array<u32>;\n\
+         @group(0) @binding(3) var<storage, read_write> wf_bank: array<u32>;\n{}",
+        control::declarations(),
+        source.wgsl()
+    )
+}
+
+/// The scheduler's own kernels: tick or advance, and resolve, each with its bindings.
+pub(crate) fn tick_module(glue: &Glue) -> (String, String) {
+    let shader = |path: &str| wavepool_shaders::SCHEDULER.iter().find(|module| module.path == path).map_or("", |module| module.text);
+    let tick = format!(
+        "{}@group(0) @binding(0) var<storage, read_write> wf_control: WfControl;\n\
+         @group(0) @binding(1) var<storage, read_write> wf_counters: array<atomic<u32>>;\n\
+         @group(0) @binding(2) var<storage, read_write> wf_arguments: array<u32>;\n{}{}{}{}{}",
+        control::declarations(),
+        glue.source.wgsl(),
+        glue.order.wgsl(),
+        glue.regeneration.wgsl(),
+        shader("scheduler::arguments"),
+        match glue.execution {
+            Execution::Wavefront => shader("scheduler::tick"),
+            Execution::Megakernel => shader("scheduler::advance"),
+        },
+    );
+    let mut leaves = String::new();
+    let mut film = 1;
+    for (index, leaf) in glue.interface.result.iter().enumerate() {
+        let result = format!("result + {}u * plane", index + 1);
+        let place = format!("place + {film}u * plane");
+        match leaf.scalar {
+            Scalar::F32 => {
+                let _ = writeln!(leaves, "    wf_sum_f32({result}, {place}, plane, samples);");
+                film += 3;
+            }
+            _ => {
+                let _ = writeln!(leaves, "    wf_sum_u32({result}, {place}, plane);");
+                film += 2;
+            }
+        }
+    }
+    let resolve = format!(
+        "{}const WF_RESULT_PLANES: u32 = {}u;\n\
+         @group(0) @binding(0) var<storage, read> wf_control: WfControl;\n\
+         @group(0) @binding(1) var<storage, read_write> wf_counters: array<atomic<u32>>;\n\
+         @group(0) @binding(2) var<storage, read_write> wf_results: array<u32>;\n\
+         @group(0) @binding(3) var<storage, read_write> wf_film: array<u32>;\n{}{}\n\
+         fn wf_resolve_leaves(result: u32, place: u32, plane: u32, samples: u32) {{\n{leaves}}}\n",
+        control::declarations(),
+        glue.interface.result.len() + 1,
+        glue.source.wgsl(),
+        shader("scheduler::resolve"),
+    );
+    (tick, resolve)
+}
+
+/// The kernels around the user's functions, to be appended to the composed program.
+pub(crate) fn kernels(glue: &Glue) -> String {
+    let mut out = String::new();
+    out.push_str(&glue.order.wgsl());
+    if let Some(roulette) = glue.roulette {
+        out.push_str(&roulette.wgsl());
+    }
+    pin(glue, &mut out);
+    complete(glue, &mut out);
+    match glue.execution {
+        Execution::Wavefront => {
+            generate_kernel(glue, &mut out);
+            (0..glue.interface.stages.len()).for_each(|index| stage_kernel(glue, index, &mut out));
+        }
+        Execution::Megakernel => megakernel(glue, &mut out),
+    }
+    out
+}
+
+/// Passes every float through an integer xor with a zero the compiler cannot see: no algebra crosses it.
+fn pin(glue: &Glue, out: &mut String) {
+    out.push_str("fn wf_pin_f32(x: f32) -> f32 { return ");
+    out.push_str(if glue.pins { "bitcast<f32>(bitcast<u32>(x) ^ wf_control.opaque_zero); }\n" } else { "x; }\n" });
+    let _ = writeln!(out, "fn wf_pin(wf_state: ptr<function, {}>) {{", glue.interface.state);
+    if glue.pins {
+        out.push_str("    let zero = wf_control.opaque_zero;\n");
+        for leaf in glue.interface.leaves.iter().filter(|leaf| leaf.scalar == Scalar::F32) {
+            let _ = writeln!(out, "    (*wf_state){0} = bitcast<f32>(bitcast<u32>((*wf_state){0}) ^ zero);", leaf.path);
+        }
+    }
+    out.push_str("}\n");
+}
+
+/// Puts the result of a walk into the item's own slot, last of all the mark that it is there.
+fn complete(glue: &Glue, out: &mut String) {
+    let _ = write!(
+        out,
+        "fn wf_complete(wf_state: ptr<function, {}>, wf_tile: u32, wf_pass_index: u32, wf_lane: u32) {{\n    \
+         let result = {}(wf_state);\n    \
+         let plane = wf_control.tiles * {BLOCK}u;\n    \
+         let place = (wf_pass_index % wf_control.ring) * {}u * plane + wf_tile * {BLOCK}u + wf_lane;\n",
+        glue.interface.state,
+        glue.names.finish,
+        glue.interface.result.len() + 1
+    );
+    for (index, leaf) in glue.interface.result.iter().enumerate() {
+        let _ =
+            writeln!(out, "    wf_results[place + {}u * plane] = {};", index + 1, to_word(leaf.scalar, &format!("result{}", leaf.path)));
+    }
+    out.push_str("    wf_results[place] = wf_pass_index + 1u;\n}\n");
+    out.push_str(
+        "fn wf_item_of(wf_tile: u32, wf_pass_index: u32, wf_lane: u32) -> Item {\n    \
+         return Item(wf_tile, wf_lane, wf_tile_pixel(wf_tile, wf_lane), wf_control.first_sample + wf_pass_index);\n}\n",
+    );
+    if glue.roulette.is_some() {
+        // One word from four counters, apart from every stream of the program: pcg4d of Jarzynski and Olano, JCGT 9(3), 2020.
+        out.push_str(
+            "fn wf_roulette_draw(wf_item: Item, wf_step: u32) -> u32 {\n    \
+             var v = vec4u(wf_item.pixel, wf_item.sample, wf_step, wf_control.seed ^ 0x9e3779b9u) * 1664525u + 1013904223u;\n    \
+             v.x += v.y * v.w; v.y += v.z * v.x; v.z += v.x * v.y; v.w += v.y * v.z;\n    \
+             v = v ^ (v >> vec4u(16u));\n    \
+             v.x += v.y * v.w; v.y += v.z * v.x; v.z += v.x * v.y; v.w += v.y * v.z;\n    \
+             return v.x;\n}\n",
+        );
+    }
+}
+
+fn to_word(scalar: Scalar, expression: &str) -> String {
+    match scalar {
+        Scalar::U32 => expression.to_owned(),
+        _ => format!("bitcast<u32>({expression})"),
+    }
+}
+
+fn from_word(scalar: Scalar, expression: &str) -> String {
+    match scalar {
+        Scalar::U32 => expression.to_owned(),
+        scalar => format!("bitcast<{}>({expression})", scalar.wgsl()),
+    }
+}
+
+fn load(glue: &Glue, leaves: &LeafSet, indent: &str, out: &mut String) {
+    for leaf in leaves.iter() {
+        if let (Some(plane), Some(facts)) = (glue.layout.plane_of[leaf], glue.layout.leaves.get(leaf)) {
+            let word = format!("wf_bank[wf_base + {}u]", plane * BLOCK);
+            let _ = writeln!(out, "{indent}wf_state{} = {};", facts.path, from_word(facts.scalar, &word));
+        }
+    }
+}
+
+fn store(glue: &Glue, leaves: &LeafSet, out: &mut String) {
+    for leaf in leaves.iter() {
+        if let (Some(plane), Some(facts)) = (glue.layout.plane_of[leaf], glue.layout.leaves.get(leaf)) {
+            let word = to_word(facts.scalar, &format!("wf_state{}", facts.path));
+            let _ = writeln!(out, "    wf_bank[wf_base + {}u] = {word};", plane * BLOCK);
+        }
+    }
+}
+
+/// Fills leaves that nobody may use with the poison word, when asked.
+fn poison_state(glue: &Glue, spared: &LeafSet, out: &mut String) {
+    let Some(word) = glue.poison else { return };
+    for leaf in LeafSet::full(glue.layout.leaves.len()).difference(spared).iter() {
+        let facts = &glue.layout.leaves[leaf];
+        // The word reaches the kernel at run time: a NaN written as a constant is refused by WGSL.
+        let value = from_word(facts.scalar, &format!("({word:#x}u ^ wf_control.opaque_zero)"));
+        let _ = writeln!(out, "    wf_state{} = {value};", facts.path);
+    }
+}
+
+fn generate_kernel(glue: &Glue, out: &mut String) {
+    let _ = write!(
+        out,
+        "@compute @workgroup_size({BLOCK})\n\
+         fn wf_generate(@builtin(workgroup_id) wf_group: vec3u, @builtin(local_invocation_index) wf_lane: u32) {{\n    \
+         let wf_slot = wf_group.x + wf_group.y * WF_MAX_GROUPS;\n    \
+         if (wf_slot >= wf_control.new_blocks) {{ return; }}\n    \
+         let wf_block = wf_new_block(wf_slot);\n    \
+         let wf_tile = wf_block_tile(wf_block);\n    \
+         let wf_base = wf_block * {}u + wf_lane;\n    \
+         let wf_item = wf_item_of(wf_tile, wf_block_pass(wf_block), wf_lane);\n    \
+         if (wf_item.pixel == WF_NONE) {{ wf_bank[wf_base] = 0u; return; }}\n    \
+         wf_bank[wf_base] = 1u;\n    \
+         var wf_state = {}();\n    \
+         {}(&wf_state, wf_item);\n    \
+         wf_pin(&wf_state);\n",
+        glue.layout.stride(),
+        glue.interface.state,
+        glue.names.generate
+    );
+    store(glue, &glue.layout.generate, out);
+    if let Some(word) = glue.poison {
+        for leaf in glue.layout.kept().difference(&glue.layout.generate).iter() {
+            let _ = writeln!(out, "    wf_bank[wf_base + {}u] = {word:#x}u;", glue.layout.plane_of[leaf].unwrap_or(0) * BLOCK);
+        }
+    }
+    out.push_str("}\n");
+}
+
+/// Calls stage `index`; `verdict` tells afterwards whether the walk goes on.
+fn call_stage(glue: &Glue, index: usize, indent: &str, out: &mut String) {
+    let stage = &glue.interface.stages[index];
+    if stage.decides {
+        let _ = writeln!(out, "{indent}wf_verdict = {}(&wf_state);", stage.name);
+    } else {
+        let _ = writeln!(out, "{indent}{}(&wf_state);", stage.name);
+    }
+    let _ = writeln!(out, "{indent}wf_pin(&wf_state);");
+}
+
+/// The draw at the end of a step: sets `verdict` and counts, or reweights.
+fn call_roulette(glue: &Glue, count: &str, indent: &str, out: &mut String) {
+    let names = glue.names;
+    let _ = write!(
+        out,
+        "{indent}let wf_chance = wf_pin_f32({}(&wf_state));\n\
+         {indent}let wf_inverse = wf_pin_f32(wf_inverse_survival(wf_chance, wf_roulette_draw(wf_item, wf_step)));\n\
+         {indent}if (wf_inverse == 0.0) {{\n\
+         {indent}    wf_verdict = FINISH;\n\
+         {indent}    {count}\n\
+         {indent}}} else if (wf_inverse != 1.0) {{\n\
+         {indent}    {}(&wf_state, wf_inverse);\n\
+         {indent}}}\n\
+         {indent}wf_pin(&wf_state);\n",
+        names.survival, names.reweight
+    );
+}
+
+fn stage_kernel(glue: &Glue, index: usize, out: &mut String) {
+    let stage = &glue.interface.stages[index];
+    let traffic = &glue.layout.kernels[index];
+    let gambles = glue.roulette.is_some() && index + 1 == glue.interface.stages.len();
+    let _ = write!(
+        out,
+        "@compute @workgroup_size({BLOCK})\n\
+         fn wf_stage_{}(@builtin(workgroup_id) wf_group: vec3u, @builtin(local_invocation_index) wf_lane: u32) {{\n    \
+         let wf_slot = wf_group.x + wf_group.y * WF_MAX_GROUPS;\n    \
+         if (wf_slot >= wf_control.live_blocks) {{ return; }}\n    \
+         let wf_block = wf_live_block(wf_slot);\n    \
+         let wf_base = wf_block * {}u + wf_lane;\n    \
+         if (wf_bank[wf_base] == 0u) {{ return; }}\n    \
+         var wf_state = {}();\n",
+        stage.name,
+        glue.layout.stride(),
+        glue.interface.state
+    );
+    poison_state(glue, &traffic.load, out);
+    load(glue, &traffic.load, "    ", out);
+    if stage.decides || gambles {
+        out.push_str("    var wf_verdict = CONTINUE;\n");
+    }
+    call_stage(glue, index, "    ", out);
+    if gambles {
+        out.push_str("    if (wf_verdict != FINISH) {\n        let wf_item = wf_item_of(wf_block_tile(wf_block), wf_block_pass(wf_block), wf_lane);\n");
+        out.push_str("        let wf_step = wf_control.step - wf_block_birth(wf_block);\n");
+        call_roulette(glue, "atomicAdd(&wf_counters[wf_killed_counter(wf_block)], 1u);", "        ", out);
+        out.push_str("    }\n");
+    }
+    if stage.decides || gambles {
+        out.push_str("    if (wf_verdict == FINISH) {\n");
+        load(glue, &traffic.load_late, "        ", out);
+        out.push_str(
+            "        wf_complete(&wf_state, wf_block_tile(wf_block), wf_block_pass(wf_block), wf_lane);\n        \
+             wf_bank[wf_base] = 0u;\n        \
+             atomicSub(&wf_counters[wf_live_counter(wf_block)], 1u);\n        \
+             return;\n    }\n",
+        );
+    }
+    store(glue, &traffic.store, out);
+    out.push_str("}\n");
+}
+
+fn megakernel(glue: &Glue, out: &mut String) {
+    let _ = write!(
+        out,
+        "@compute @workgroup_size({BLOCK})\n\
+         fn wf_megakernel(@builtin(workgroup_id) wf_group: vec3u, @builtin(local_invocation_index) wf_lane: u32) {{\n    \
+         let wf_slot = wf_group.x + wf_group.y * WF_MAX_GROUPS;\n    \
+         if (wf_slot >= wf_control.new_blocks) {{ return; }}\n    \
+         let wf_pass_index = wf_control.next_pass;\n    \
+         let wf_tile = wf_tile_at(wf_pass_index, wf_control.next_position + wf_slot);\n    \
+         let wf_item = wf_item_of(wf_tile, wf_pass_index, wf_lane);\n    \
+         if (wf_item.pixel == WF_NONE) {{ return; }}\n    \
+         var wf_state = {}();\n    \
+         {}(&wf_state, wf_item);\n    \
+         wf_pin(&wf_state);\n    \
+         var wf_verdict = CONTINUE;\n    \
+         var wf_step = 0u;\n    \
+         loop {{\n",
+        glue.interface.state, glue.names.generate
+    );
+    for index in 0..glue.interface.stages.len() {
+        call_stage(glue, index, "        ", out);
+        if glue.interface.stages[index].decides {
+            out.push_str("        if (wf_verdict == FINISH) { break; }\n");
+        }
+    }
+    if glue.roulette.is_some() {
+        call_roulette(glue, "atomicAdd(&wf_counters[WF_KILLED], 1u);", "        ", out);
+        out.push_str("        if (wf_verdict == FINISH) { break; }\n");
+    }
+    out.push_str("        wf_step += 1u;\n    }\n    wf_complete(&wf_state, wf_tile, wf_pass_index, wf_lane);\n}\n");
+}

@@ -1,0 +1,468 @@
+//! Reads a composed program with naga: finds the contract's functions, checks their signatures and the rules of a stage.
+//!
+//! **Invariant:** whatever passes here can be wrapped in every execution; what cannot is reported with its place and the rule.
+
+use std::{collections::BTreeSet, ops::Range};
+
+use naga::{
+    AddressSpace, Block, Expression, Function, Handle, Module, Span, Statement, StorageAccess, Type, TypeInner,
+    valid::{Capabilities, ValidationFlags, Validator},
+};
+
+use super::{Composition, Diagnostic, Summary, analyse};
+use crate::{
+    layout::{Leaf, Scalar, flatten},
+    program::Names,
+};
+
+/// What a program offers to the scheduler.
+#[derive(Clone, Debug)]
+pub(crate) struct Interface {
+    pub(crate) state: String,
+    pub(crate) leaves: Vec<Leaf>,
+    pub(crate) result: Vec<Leaf>,
+    pub(crate) generate: Summary,
+    pub(crate) stages: Vec<StageFacts>,
+    pub(crate) finish: Summary,
+    pub(crate) survival: Option<Summary>,
+    pub(crate) reweight: Option<Summary>,
+    pub(crate) resources: Vec<Resource>,
+}
+
+/// A stage as found in the WGSL.
+#[derive(Clone, Debug)]
+pub(crate) struct StageFacts {
+    pub(crate) name: String,
+    pub(crate) summary: Summary,
+    /// Returns `CONTINUE` or `FINISH`.
+    pub(crate) decides: bool,
+}
+
+/// A variable with a binding that the program uses.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Resource {
+    pub(crate) name: String,
+    pub(crate) group: u32,
+    pub(crate) binding: u32,
+    pub(crate) kind: ResourceKind,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum ResourceKind {
+    Uniform,
+    Storage { writable: bool },
+    Texture { dimension: wgpu::TextureViewDimension, sample_type: wgpu::TextureSampleType },
+    Sampler,
+}
+
+struct Inspector<'a> {
+    module: Module,
+    composition: &'a Composition,
+    errors: Vec<Diagnostic>,
+    state: Option<Handle<Type>>,
+    item: Option<Handle<Type>>,
+}
+
+/// Parses, validates and inspects; the returned diagnostics are complete as far as later ones do not follow from earlier ones.
+pub(crate) fn inspect(composition: &Composition, names: &Names) -> Result<Interface, Vec<Diagnostic>> {
+    let module = naga::front::wgsl::parse_str(&composition.text).map_err(|error| vec![composition.parse_error(&error)])?;
+    Validator::new(ValidationFlags::all(), Capabilities::all())
+        .validate(&module)
+        .map_err(|error| vec![composition.validation_error(&error)])?;
+    let item = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some("Item")).map(|(handle, _)| handle);
+    let mut inspector = Inspector { module, composition, errors: Vec::new(), state: None, item };
+    let interface = inspector.interface(names);
+    match interface {
+        Some(interface) if inspector.errors.is_empty() => Ok(interface),
+        _ => Err(inspector.errors),
+    }
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Role {
+    Generate,
+    Stage,
+    Finish,
+    Survival,
+    Reweight,
+}
+
+impl Role {
+    fn signature(self, name: &str, state: &str) -> String {
+        let head = format!("fn {name}(lane: ptr<function, {state}>");
+        match self {
+            Role::Generate => format!("{head}, item: Item)"),
+            Role::Stage => format!("{head}) or {head}) -> u32"),
+            Role::Finish => format!("{head}) -> f32, u32, a vector or a struct of these"),
+            Role::Survival => format!("{head}) -> f32"),
+            Role::Reweight => format!("{head}, inverse_p: f32)"),
+        }
+    }
+}
+
+impl Inspector<'_> {
+    fn interface(&mut self, names: &Names) -> Option<Interface> {
+        for entry in &self.module.entry_points {
+            let message = format!("`{}`: the kernels are generated; stages are plain functions", entry.name);
+            let diagnostic = self.composition.diagnostic(
+                entry.function.body.span_iter().next().map_or(Span::UNDEFINED, |(_, s)| *s),
+                &message,
+                "inside an entry point",
+                &[],
+            );
+            self.errors.push(diagnostic);
+        }
+        let generate = self.role(&names.generate, Role::Generate)?;
+        let stages: Vec<_> = names.stages.iter().filter_map(|name| Some((name.clone(), self.role(name, Role::Stage)?))).collect();
+        let finish = self.role(&names.finish, Role::Finish)?;
+        let survival = self.optional(&names.survival, Role::Survival);
+        let reweight = self.optional(&names.reweight, Role::Reweight);
+        if survival.is_some() != reweight.is_some() {
+            let (have, lack) = if survival.is_some() { (&names.survival, &names.reweight) } else { (&names.reweight, &names.survival) };
+            self.errors.push(Diagnostic::nowhere(format!("roulette needs both functions: `{have}` is there, `{lack}` is not")));
+        }
+        let state = self.state?;
+        let mut leaves = Vec::new();
+        if let Err(problem) = flatten(&self.module, state, "", &mut leaves) {
+            let span = self.module.types.get_span(state);
+            let message = format!("`{}` cannot be kept between stages: {problem}", self.type_name(state));
+            self.error(span, &message, "the state");
+        }
+        let result_type = self.module.functions[finish].result.as_ref()?.ty;
+        let mut result = Vec::new();
+        let flat = flatten(&self.module, result_type, "", &mut result);
+        let supported = flat.is_ok() && !result.is_empty() && result.iter().all(|leaf| leaf.scalar != Scalar::I32);
+        if !supported {
+            let span = self.head(finish);
+            self.error(span, "the result cannot be summed", "f32, u32, a vector or a struct of these");
+        }
+        let mut roots = vec![generate, finish];
+        roots.extend(stages.iter().map(|stage| stage.1));
+        roots.extend(survival);
+        roots.extend(reweight);
+        let (functions, globals) = self.reachable(&roots);
+        functions.iter().for_each(|function| self.check_rules(*function));
+        let resources = self.resources(&globals);
+        if !self.errors.is_empty() {
+            return None;
+        }
+        let module = &self.module;
+        let summary = |function| analyse(module, function, 0);
+        Some(Interface {
+            state: self.type_name(state),
+            leaves,
+            result,
+            generate: summary(generate),
+            stages: stages
+                .into_iter()
+                .map(|(name, function)| StageFacts {
+                    name,
+                    summary: summary(function),
+                    decides: module.functions[function].result.is_some(),
+                })
+                .collect(),
+            finish: summary(finish),
+            survival: survival.map(summary),
+            reweight: reweight.map(summary),
+            resources,
+        })
+    }
+
+    fn error(&mut self, span: Span, message: &str, label: &str) {
+        let diagnostic = self.composition.diagnostic(span, message, label, &[]);
+        self.errors.push(diagnostic);
+    }
+
+    fn type_name(&self, ty: Handle<Type>) -> String {
+        self.module.types[ty].name.clone().unwrap_or_else(|| "?".into())
+    }
+
+    fn find(&self, name: &str) -> Option<Handle<Function>> {
+        self.module.functions.iter().find(|(_, function)| function.name.as_deref() == Some(name)).map(|(handle, _)| handle)
+    }
+
+    /// From `fn` to the opening brace.
+    fn head(&self, function: Handle<Function>) -> Span {
+        let span = self.module.functions.get_span(function);
+        let Some(Range { start, end }) = span.to_range() else { return span };
+        let length = self.composition.text.get(start..end).and_then(|text| text.find('{')).unwrap_or(end - start);
+        let head = self.composition.text[start..start + length].trim_end().len();
+        Span::new(start as u32, (start + head) as u32)
+    }
+
+    fn optional(&mut self, name: &str, role: Role) -> Option<Handle<Function>> {
+        self.find(name)?;
+        self.role(name, role)
+    }
+
+    /// The function of this name, when its signature is the role's.
+    fn role(&mut self, name: &str, role: Role) -> Option<Handle<Function>> {
+        let Some(handle) = self.find(name) else {
+            let known: Vec<&str> = self
+                .module
+                .functions
+                .iter()
+                .filter_map(|(_, function)| function.name.as_deref())
+                .filter(|name| !name.starts_with("wf_"))
+                .collect();
+            self.errors.push(Diagnostic::nowhere(format!("no function `{name}` in the program; there are: {}", known.join(", "))));
+            return None;
+        };
+        let types = &self.module.types;
+        let function = &self.module.functions[handle];
+        let first = function.arguments.first().map(|argument| &types[argument.ty].inner);
+        let state = match first {
+            Some(TypeInner::Pointer { base, space: AddressSpace::Function }) if matches!(types[*base].inner, TypeInner::Struct { .. }) => {
+                Some(*base)
+            }
+            _ => None,
+        };
+        let second = function.arguments.get(1).map(|argument| argument.ty);
+        let second_inner = second.map(|ty| &types[ty].inner);
+        let returns = function.result.as_ref().map(|result| &types[result.ty].inner);
+        let is = |inner: Option<&TypeInner>, scalar| matches!(inner, Some(TypeInner::Scalar(found)) if *found == scalar);
+        let fits = state.is_some()
+            && match role {
+                Role::Generate => function.arguments.len() == 2 && second == self.item && returns.is_none(),
+                Role::Stage => function.arguments.len() == 1 && (returns.is_none() || is(returns, naga::Scalar::U32)),
+                Role::Finish => function.arguments.len() == 1 && returns.is_some(),
+                Role::Survival => function.arguments.len() == 1 && is(returns, naga::Scalar::F32),
+                Role::Reweight => function.arguments.len() == 2 && is(second_inner, naga::Scalar::F32) && returns.is_none(),
+            };
+        let same_state = self.state.is_none() || state.is_none() || self.state == state;
+        if !fits || !same_state {
+            let state_name = self.state.or(state).map_or_else(|| "State".into(), |state| self.type_name(state));
+            let span = self.head(handle);
+            let message = format!("`{name}` has the wrong signature");
+            let note = format!("expected: {}", role.signature(name, &state_name));
+            let diagnostic = self.composition.diagnostic(
+                span,
+                &message,
+                if same_state { "this is not what the scheduler calls" } else { "works on another state" },
+                &[note],
+            );
+            self.errors.push(diagnostic);
+            return None;
+        }
+        self.state = self.state.or(state);
+        Some(handle)
+    }
+
+    /// Functions called from the roots, and global variables these use.
+    fn reachable(&self, roots: &[Handle<Function>]) -> (BTreeSet<Handle<Function>>, BTreeSet<Handle<naga::GlobalVariable>>) {
+        let mut functions = BTreeSet::new();
+        let mut globals = BTreeSet::new();
+        let mut open = roots.to_vec();
+        while let Some(handle) = open.pop() {
+            if !functions.insert(handle) {
+                continue;
+            }
+            let function = &self.module.functions[handle];
+            globals.extend(function.expressions.iter().filter_map(|(_, expression)| match expression {
+                Expression::GlobalVariable(global) => Some(*global),
+                _ => None,
+            }));
+            each_statement(&function.body, &mut |statement, _| {
+                if let Statement::Call { function, .. } = statement {
+                    open.push(*function);
+                }
+            });
+        }
+        (functions, globals)
+    }
+
+    fn check_rules(&mut self, handle: Handle<Function>) {
+        let mut found: Vec<(Span, String, &str)> = Vec::new();
+        let function = &self.module.functions[handle];
+        let name = function.name.clone().unwrap_or_default();
+        for (handle, expression) in function.expressions.iter() {
+            if let Expression::GlobalVariable(global) = expression {
+                let variable = &self.module.global_variables[*global];
+                let what = match variable.space {
+                    AddressSpace::Private => "var<private>",
+                    AddressSpace::WorkGroup => "var<workgroup>",
+                    _ => continue,
+                };
+                let span = function.expressions.get_span(handle);
+                let span = if span.is_defined() { span } else { self.module.global_variables.get_span(*global) };
+                found.push((
+                    span,
+                    format!("`{name}` uses {what} `{}`", variable.name.as_deref().unwrap_or("")),
+                    "a stage is pure in its lane: keep it in the state",
+                ));
+            }
+        }
+        each_statement(&function.body, &mut |statement, span| match statement {
+            Statement::ControlBarrier(_) | Statement::MemoryBarrier(_) | Statement::WorkGroupUniformLoad { .. } => {
+                found.push((span, format!("`{name}` waits at a barrier"), "a stage does not know its work-group"));
+            }
+            Statement::SubgroupBallot { .. } | Statement::SubgroupGather { .. } | Statement::SubgroupCollectiveOperation { .. } => {
+                found.push((span, format!("`{name}` uses a subgroup operation"), "a stage does not know its subgroup"));
+            }
+            Statement::ImageStore { .. } => {
+                found.push((span, format!("`{name}` writes to a texture"), "a walk leaves results through `finish` alone"))
+            }
+            Statement::Store { pointer, .. } if self.root_is_global(function, *pointer) => {
+                found.push((
+                    span,
+                    format!("`{name}` writes to a buffer without an atomic"),
+                    "lanes race: use integer atomics or the state",
+                ));
+            }
+            Statement::Atomic { pointer, .. } if self.is_float_atomic(function, *pointer) => {
+                found.push((span, format!("`{name}` adds floats atomically"), "the sum would depend on the order of the lanes"));
+            }
+            Statement::Call { arguments, .. } => {
+                for argument in arguments {
+                    if self.is_part_pointer(function, *argument) {
+                        let place = function.expressions.get_span(*argument);
+                        let place = if place.is_defined() { place } else { span };
+                        found.push((
+                            place,
+                            format!("`{name}` passes a pointer to a part of a variable"),
+                            "copy it into a `var`, pass that, copy it back",
+                        ));
+                    }
+                }
+            }
+            _ => {}
+        });
+        for (span, message, label) in found {
+            self.error(span, &message, label);
+        }
+    }
+
+    /// `&v.member` or `&v[i]` as an argument: naga 30 accepts it and panics when it writes SPIR-V (wgpu issues 4540 and 5593).
+    fn is_part_pointer(&self, function: &Function, argument: Handle<Expression>) -> bool {
+        let mut root = argument;
+        let mut is_part = false;
+        loop {
+            match function.expressions[root] {
+                Expression::AccessIndex { base, .. } | Expression::Access { base, .. } => {
+                    is_part = true;
+                    root = base;
+                }
+                Expression::LocalVariable(_) => return is_part,
+                Expression::FunctionArgument(index) => {
+                    let ty = function.arguments.get(index as usize).map(|argument| &self.module.types[argument.ty].inner);
+                    return is_part && matches!(ty, Some(TypeInner::Pointer { .. }));
+                }
+                _ => return false,
+            }
+        }
+    }
+
+    fn root_is_global(&self, function: &Function, mut pointer: Handle<Expression>) -> bool {
+        loop {
+            match function.expressions[pointer] {
+                Expression::AccessIndex { base, .. } | Expression::Access { base, .. } => pointer = base,
+                Expression::GlobalVariable(global) => {
+                    return matches!(self.module.global_variables[global].space, AddressSpace::Storage { .. });
+                }
+                _ => return false,
+            }
+        }
+    }
+
+    fn is_float_atomic(&self, function: &Function, mut pointer: Handle<Expression>) -> bool {
+        let mut path = Vec::new();
+        loop {
+            match function.expressions[pointer] {
+                Expression::AccessIndex { base, index } => {
+                    path.push(Some(index));
+                    pointer = base;
+                }
+                Expression::Access { base, .. } => {
+                    path.push(None);
+                    pointer = base;
+                }
+                Expression::GlobalVariable(global) => {
+                    let mut ty = self.module.global_variables[global].ty;
+                    for step in path.iter().rev() {
+                        ty = match (&self.module.types[ty].inner, step) {
+                            (TypeInner::Struct { members, .. }, Some(index)) => members[*index as usize].ty,
+                            (TypeInner::Array { base, .. }, _) => *base,
+                            _ => return false,
+                        };
+                    }
+                    return matches!(self.module.types[ty].inner, TypeInner::Atomic(scalar) if scalar.kind == naga::ScalarKind::Float);
+                }
+                _ => return false,
+            }
+        }
+    }
+
+    fn resources(&mut self, globals: &BTreeSet<Handle<naga::GlobalVariable>>) -> Vec<Resource> {
+        let mut resources = Vec::new();
+        for &handle in globals {
+            let variable = &self.module.global_variables[handle];
+            let name = variable.name.clone().unwrap_or_default();
+            let Some(binding) = &variable.binding else { continue };
+            if name.starts_with("wf_") {
+                continue;
+            }
+            let span = self.module.global_variables.get_span(handle);
+            if binding.group == 0 {
+                self.error(span, &format!("`{name}` uses a reserved binding"), "group 0 belongs to the scheduler; use group 1 to 3");
+                continue;
+            }
+            let kind = match (&self.module.types[variable.ty].inner, variable.space) {
+                (_, AddressSpace::Uniform) => Some(ResourceKind::Uniform),
+                (_, AddressSpace::Storage { access }) => Some(ResourceKind::Storage { writable: access.contains(StorageAccess::STORE) }),
+                (TypeInner::Sampler { comparison: false }, _) => Some(ResourceKind::Sampler),
+                (TypeInner::Image { dim, arrayed, class }, _) => texture(*dim, *arrayed, *class),
+                _ => None,
+            };
+            match kind {
+                Some(kind) => resources.push(Resource { name, group: binding.group, binding: binding.binding, kind }),
+                None => self.error(
+                    span,
+                    &format!("`{name}` is a kind of resource that stages cannot use"),
+                    "buffers, sampled textures and samplers",
+                ),
+            }
+        }
+        resources.sort_by_key(|resource| (resource.group, resource.binding));
+        resources
+    }
+}
+
+fn texture(dim: naga::ImageDimension, arrayed: bool, class: naga::ImageClass) -> Option<ResourceKind> {
+    use wgpu::TextureViewDimension as View;
+    let dimension = match (dim, arrayed) {
+        (naga::ImageDimension::D1, false) => View::D1,
+        (naga::ImageDimension::D2, false) => View::D2,
+        (naga::ImageDimension::D2, true) => View::D2Array,
+        (naga::ImageDimension::D3, false) => View::D3,
+        (naga::ImageDimension::Cube, false) => View::Cube,
+        (naga::ImageDimension::Cube, true) => View::CubeArray,
+        _ => return None,
+    };
+    let sample_type = match class {
+        // Stages load texels and filter by hand, so that every device filters alike.
+        naga::ImageClass::Sampled { kind: naga::ScalarKind::Float, multi: false } => wgpu::TextureSampleType::Float { filterable: false },
+        naga::ImageClass::Sampled { kind: naga::ScalarKind::Uint, multi: false } => wgpu::TextureSampleType::Uint,
+        naga::ImageClass::Sampled { kind: naga::ScalarKind::Sint, multi: false } => wgpu::TextureSampleType::Sint,
+        _ => return None,
+    };
+    Some(ResourceKind::Texture { dimension, sample_type })
+}
+
+fn each_statement(block: &Block, visit: &mut dyn FnMut(&Statement, Span)) {
+    for (statement, span) in block.span_iter() {
+        visit(statement, *span);
+        match statement {
+            Statement::Block(inner) => each_statement(inner, visit),
+            Statement::If { accept, reject, .. } => {
+                each_statement(accept, visit);
+                each_statement(reject, visit);
+            }
+            Statement::Switch { cases, .. } => cases.iter().for_each(|case| each_statement(&case.body, visit)),
+            Statement::Loop { body, continuing, .. } => {
+                each_statement(body, visit);
+                each_statement(continuing, visit);
+            }
+            _ => {}
+        }
+    }
+}

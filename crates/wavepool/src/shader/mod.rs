@@ -1,0 +1,20 @@
+//! From the user's WGSL to kernels: compose the modules, look into them with naga, generate the wrappers.
+//!
+//! Key decision: the user's text is never rewritten or mangled. Modules are concatenated, imports and removed parts are blanked with
+//! spaces, and generated code goes before and after; so every message of naga maps back to the file, line and column the user wrote.
+//!
+//! **Invariant:** generated names begin with `wf_`; user modules may not declare such names.
+
+mod compose;
+mod diagnostic;
+mod generate;
+mod infer;
+mod inspect;
+
+pub use compose::SourceModule;
+pub(crate) use compose::{Composition, compose};
+pub use diagnostic::Diagnostic;
+pub(crate) use generate::{Glue, header, kernels, tick_module};
+pub use infer::{LeafSet, Summary};
+pub(crate) use infer::{analyse, join_alternatives, then};
+pub(crate) use inspect::{Interface, Resource, ResourceKind, inspect};

@@ -1,0 +1,157 @@
+// The tick: the one work-group between two steps that decides what runs next. It retires blocks whose lanes are all dead, lets a
+// finished pass be resolved, asks the regeneration policy, hands tiles to dead blocks, and writes the indirect arguments.
+// Assignment follows the order of the blocks by prefix sums, never the order of atomics.
+// Source: Frolov and Galaktionov, Low overhead path regeneration, 2016.
+
+// Live and dead blocks, prefix-summed over the invocations.
+var<workgroup> wf_scan: array<vec2u, 256>;
+// Tiles retired in this tick, per slot of the result ring.
+var<workgroup> wf_retired: array<atomic<u32>, 64>;
+var<workgroup> wf_live_lanes: atomic<u32>;
+var<workgroup> wf_killed_lanes: atomic<u32>;
+var<workgroup> wf_new_lanes: atomic<u32>;
+// Blocks that receive a tile, and the queue's head: pass, position.
+var<workgroup> wf_assignment: vec3u;
+
+@compute @workgroup_size(256)
+fn wf_tick(@builtin(local_invocation_index) lane: u32) {
+    let blocks = wf_control.pool_blocks;
+    let run = (blocks + 255u) / 256u;
+    let first = min(lane * run, blocks);
+    let end = min(first + run, blocks);
+    if (lane < 64u) {
+        atomicStore(&wf_retired[lane], 0u);
+    }
+    if (lane == 0u) {
+        atomicStore(&wf_live_lanes, 0u);
+        atomicStore(&wf_killed_lanes, 0u);
+        atomicStore(&wf_new_lanes, 0u);
+    }
+    workgroupBarrier();
+
+    // Retire blocks that died, count the others.
+    var count = vec2u(0u);
+    for (var block = first; block < end; block++) {
+        if (wf_block_tile(block) != WF_NONE) {
+            let lanes = atomicLoad(&wf_counters[wf_live_counter(block)]);
+            if (lanes > 0u) {
+                count.x += 1u;
+                atomicAdd(&wf_live_lanes, lanes);
+                continue;
+            }
+            atomicAdd(&wf_retired[wf_block_pass(block) % wf_control.ring], 1u);
+            atomicAdd(&wf_killed_lanes, atomicLoad(&wf_counters[wf_killed_counter(block)]));
+            wf_set_block_tile(block, WF_NONE);
+        }
+        count.y += 1u;
+    }
+
+    // Sum over the invocations before this one.
+    wf_scan[lane] = count;
+    for (var distance = 1u; distance < 256u; distance <<= 1u) {
+        workgroupBarrier();
+        var sum = wf_scan[lane];
+        if (lane >= distance) {
+            sum += wf_scan[lane - distance];
+        }
+        workgroupBarrier();
+        wf_scan[lane] = sum;
+    }
+    workgroupBarrier();
+    if (lane == 0u) {
+        wf_decide(wf_scan[255]);
+    }
+    workgroupBarrier();
+
+    // List the live blocks and those that receive a tile, both in block order.
+    let assignment = wf_assignment;
+    let before = wf_scan[lane] - count;
+    var dead = before.y;
+    var listed = before.x + min(before.y, assignment.x);
+    for (var block = first; block < end; block++) {
+        if (wf_block_tile(block) == WF_NONE) {
+            let rank = dead;
+            dead += 1u;
+            if (rank >= assignment.x) {
+                continue;
+            }
+            let position = assignment.z + rank;
+            let pass_index = assignment.y + position / wf_control.tiles;
+            let tile = wf_tile_at(pass_index, position % wf_control.tiles);
+            let lanes = wf_tile_items(tile);
+            wf_assign(block, tile, pass_index, wf_control.step);
+            atomicStore(&wf_counters[wf_live_counter(block)], lanes);
+            atomicStore(&wf_counters[wf_killed_counter(block)], 0u);
+            wf_set_new_block(rank, block);
+            atomicAdd(&wf_new_lanes, lanes);
+        }
+        wf_set_live_block(listed, block);
+        listed += 1u;
+    }
+    workgroupBarrier();
+    if (lane == 0u) {
+        let new_lanes = atomicLoad(&wf_new_lanes);
+        wf_control.items_started = wf_add_64(wf_control.items_started, new_lanes);
+        wf_control.items_killed = wf_add_64(wf_control.items_killed, atomicLoad(&wf_killed_lanes));
+        wf_control.lane_steps = wf_add_64(wf_control.lane_steps, atomicLoad(&wf_live_lanes) + new_lanes);
+    }
+}
+
+// Takes the decisions of this tick from the number of live and dead blocks.
+fn wf_decide(count: vec2u) {
+    let ring = wf_control.ring;
+    for (var slot = 0u; slot < ring; slot++) {
+        wf_control.words[slot] -= atomicLoad(&wf_retired[slot]);
+    }
+
+    // Resolve the oldest pass when none of its tiles is outstanding; its slot of the ring is free from the next step on.
+    let oldest = wf_control.resolved;
+    var resolve_tiles = 0u;
+    if (oldest < wf_control.passes && wf_control.words[oldest % ring] == 0u) {
+        resolve_tiles = wf_control.tiles;
+        wf_control.words[oldest % ring] = wf_control.tiles;
+        wf_control.resolve_pass = oldest;
+        wf_control.resolved = oldest + 1u;
+    }
+
+    // Hand out tiles of all passes whose results have a place in the ring.
+    let open_passes = min(wf_control.passes, wf_control.resolved + ring);
+    let queued = (open_passes - wf_control.next_pass) * wf_control.tiles - wf_control.next_position;
+    var assigned = 0u;
+    if (count.y > 0u && queued > 0u && wf_regenerate(count.x, count.y, wf_control.step)) {
+        assigned = min(count.y, queued);
+        wf_control.regenerations += 1u;
+    }
+    wf_assignment = vec3u(assigned, wf_control.next_pass, wf_control.next_position);
+    let position = wf_control.next_position + assigned;
+    wf_control.next_pass += position / wf_control.tiles;
+    wf_control.next_position = position % wf_control.tiles;
+
+    let live = count.x + assigned;
+    wf_control.new_blocks = assigned;
+    wf_control.live_blocks = live;
+    wf_control.block_steps = wf_add_64(wf_control.block_steps, live);
+    wf_control.step += select(0u, 1u, live > 0u);
+    wf_write_arguments(WF_GENERATE_ARGUMENTS, assigned);
+    wf_write_arguments(WF_STAGE_ARGUMENTS, live);
+    wf_write_arguments(WF_RESOLVE_ARGUMENTS, resolve_tiles);
+}
+
+fn wf_set_block_tile(block: u32, tile: u32) {
+    wf_control.words[WF_BLOCK_TABLE + block] = tile;
+}
+
+fn wf_assign(block: u32, tile: u32, pass_index: u32, birth: u32) {
+    let blocks = wf_control.pool_blocks;
+    wf_control.words[WF_BLOCK_TABLE + block] = tile;
+    wf_control.words[WF_BLOCK_TABLE + blocks + block] = pass_index;
+    wf_control.words[WF_BLOCK_TABLE + 2u * blocks + block] = birth;
+}
+
+fn wf_set_live_block(index: u32, block: u32) {
+    wf_control.words[WF_BLOCK_TABLE + 3u * wf_control.pool_blocks + index] = block;
+}
+
+fn wf_set_new_block(index: u32, block: u32) {
+    wf_control.words[WF_BLOCK_TABLE + 4u * wf_control.pool_blocks + index] = block;
+}
