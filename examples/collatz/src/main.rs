@@ -9,7 +9,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let schedule: Schedule = std::env::args().nth(1).as_deref().unwrap_or("block").parse()?;
     let gpu = GpuContext::headless()?;
-    let mut scheduler = Scheduler::new(&gpu.device, &gpu.queue, &program, LinearRange { count: 100_000 }, &schedule)?;
+    let mut scheduler = Scheduler::new(&gpu.device, &gpu.queue, &program, LinearRange { count: 65_536 }, &schedule)?;
     let (film, report) = scheduler.run(1)?;
 
     let longest = (0..film.pixels()).max_by_key(|&pixel| film.sum(pixel, 0) as u64).unwrap_or(0);
