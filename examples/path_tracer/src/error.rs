@@ -103,11 +103,7 @@ impl Fault {
     /// For scenes that come from no file.
     pub(crate) fn in_named(self, name: &str) -> Error {
         let (file, place, what) = (one_line(name), one_line(&self.place), one_line(&self.what));
-        if self.unsupported {
-            Error::Unsupported { file, place, feature: what }
-        } else {
-            Error::Invalid { file, place, what }
-        }
+        if self.unsupported { Error::Unsupported { file, place, feature: what } } else { Error::Invalid { file, place, what } }
     }
 }
 

@@ -31,6 +31,16 @@ pub struct Scene {
     pub warnings: Vec<String>,
 }
 
+impl Scene {
+    /// True when something in the scene emits: an environment, a punctual light or the material of a triangle.
+    pub fn has_light(&self) -> bool {
+        let emits = |triangle: &Triangle| {
+            self.materials.get(triangle.material as usize).is_some_and(|material| material.emissive.max_element() > 0.0)
+        };
+        self.environment.is_some() || !self.lights.is_empty() || self.triangles.iter().any(emits)
+    }
+}
+
 /// One corner of a triangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vertex {

@@ -138,7 +138,7 @@ fn check_light(light: &PunctualLight) -> Result<(), &'static str> {
     {
         return Err("a number is not finite");
     }
-    if !(light.range > 0.0) {
+    if light.range.is_nan() || light.range <= 0.0 {
         return Err("the range is not positive");
     }
     Ok(())

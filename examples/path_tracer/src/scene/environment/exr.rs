@@ -22,21 +22,12 @@ const TEXELS_PER_BYTE: u64 = 4096;
 
 /// Reads all texels of the data window.
 pub(super) fn read(bytes: &[u8]) -> Result<Panorama, Fault> {
-    let mut refused = None;
-    let read = guarded(|| {
-        read_guarded(bytes).or_else(|stop| match stop {
-            Stop::Decoder(what) => Err(what),
-            Stop::Fault(fault) => {
-                refused = Some(fault);
-                Err(String::new())
-            }
-        })
-    });
-    match (read, refused) {
-        (Ok(panorama), _) => Ok(panorama),
-        (Err(_), Some(fault)) => Err(fault),
-        (Err(what), None) => Err(Fault::invalid("content", what)),
-    }
+    guarded(|| match read_guarded(bytes) {
+        Ok(panorama) => Ok(Ok(panorama)),
+        Err(Stop::Fault(fault)) => Ok(Err(fault)),
+        Err(Stop::Decoder(what)) => Err(what),
+    })
+    .unwrap_or_else(|what| Err(Fault::invalid("content", what)))
 }
 
 enum Stop {
@@ -47,7 +38,11 @@ enum Stop {
 impl From<exr::error::Error> for Stop {
     fn from(error: exr::error::Error) -> Stop {
         match error {
-            exr::error::Error::NotSupported(what) => Stop::Fault(Fault::unsupported("content", what)),
+            // Our own message ends with the words that some of theirs end with.
+            exr::error::Error::NotSupported(what) => {
+                let feature = what.trim_end_matches(" not supported").trim_end_matches(" are").trim_end_matches(" is");
+                Stop::Fault(Fault::unsupported("content", feature))
+            }
             other => Stop::Decoder(other.to_string()),
         }
     }
@@ -81,8 +76,7 @@ fn read_guarded(bytes: &[u8]) -> Result<Panorama, Stop> {
     }
 
     let mut texels = vec![[0.0f32; 3]; n_texels as usize];
-    let mut chunks =
-        reader.filter_chunks(false, |_, tile, block| block.layer == layer && tile.is_largest_resolution_level())?;
+    let mut chunks = reader.filter_chunks(false, |_, tile, block| block.layer == layer && tile.is_largest_resolution_level())?;
     let meta = chunks.meta_data().clone();
     let channels = &meta.headers[layer].channels;
     let mut n_copied = 0u64;

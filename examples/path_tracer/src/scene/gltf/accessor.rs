@@ -103,7 +103,7 @@ impl<'a> Accessors<'a> {
         self.document.accessors.get(index).ok_or_else(missing)
     }
 
-    /// The number of elements that the file declares.
+    /// False when all elements are zero because no data is there.
     pub(super) fn has_bytes(&self, index: usize) -> Result<bool, Fault> {
         self.get(index).map(|accessor| accessor.buffer_view.is_some() || accessor.sparse.is_some())
     }

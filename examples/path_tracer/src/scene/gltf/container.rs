@@ -2,6 +2,9 @@
 //!
 //! Key decision: the first bytes decide, not the ending of the name, because renamed files are common.
 
+use serde::Deserialize;
+use serde_json::Value;
+
 use super::json::Document;
 use crate::error::Fault;
 
@@ -22,9 +25,9 @@ pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
         return Err(Fault::unsupported("header", format_args!("container version {version}")));
     }
     // What follows the declared length is no part of the container.
-    let body = bytes.get(..length as usize).ok_or_else(|| {
-        Fault::invalid("header", format_args!("the length says {length} bytes, the file has {}", bytes.len()))
-    })?;
+    let body = bytes
+        .get(..length as usize)
+        .ok_or_else(|| Fault::invalid("header", format_args!("the length says {length} bytes, the file has {}", bytes.len())))?;
     let (mut json, mut bin) = (None, None);
     let mut at = 12;
     let mut index = 0;
@@ -59,7 +62,7 @@ fn read_u32(bytes: &[u8], at: usize) -> Option<u32> {
 /// Understands the JSON text and checks that it is glTF 2.
 pub(super) fn parse(json: &[u8]) -> Result<Document, Fault> {
     let json = json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json);
-    let document: Document = serde_json::from_slice(json).map_err(|e| Fault::invalid("JSON", e))?;
+    let document: Document = serde_json::from_slice(json).or_else(|e| lenient(json).ok_or_else(|| Fault::invalid("JSON", e)))?;
     let version = &document.asset.version;
     if version.is_empty() {
         return Err(Fault::invalid("asset", "there is no version"));
@@ -71,6 +74,26 @@ pub(super) fn parse(json: &[u8]) -> Result<Document, Fault> {
         return Err(Fault::unsupported("asset", format_args!("version '{least}', which the file asks for at least,")));
     }
     Ok(document)
+}
+
+/// The second attempt: the format allows to write an integer as `1.0`, and a few exporters do.
+fn lenient(json: &[u8]) -> Option<Document> {
+    let mut value: Value = serde_json::from_slice(json).ok()?;
+    let mut open = vec![&mut value];
+    while let Some(value) = open.pop() {
+        match value {
+            Value::Array(values) => open.extend(values),
+            Value::Object(members) => open.extend(members.values_mut()),
+            Value::Number(number) => {
+                let float = number.as_f64().filter(|x| !number.is_u64() && x.fract() == 0.0 && (0.0..1e15).contains(x));
+                if let Some(float) = float {
+                    *value = Value::from(float as u64);
+                }
+            }
+            Value::Null | Value::Bool(_) | Value::String(_) => {}
+        }
+    }
+    Document::deserialize(value).ok()
 }
 
 #[cfg(test)]
@@ -97,6 +120,15 @@ mod tests {
         assert!(split(&glb(b"{}  ", 12)).is_err(), "no chunk at all");
         assert!(split(&glb(b"{}  ", 16)).is_err(), "half a chunk header");
         assert!(split(&glb(b"{}  ", u32::MAX)).is_err(), "longer than the file");
+    }
+
+    // Kills: refusing integers that are written as floats, and reading other floats as integers.
+    #[test]
+    fn integers_may_be_written_as_floats() {
+        let scene = |number: &str| parse(format!(r#"{{"asset":{{"version":"2.0"}},"scene":{number}}}"#).as_bytes()).map(|d| d.scene);
+        assert_eq!(scene("1.0"), Ok(Some(1)));
+        assert_eq!(scene("2e1"), Ok(Some(20)));
+        assert!(scene("1.5").is_err() && scene("-1.0").is_err() && scene("1e300").is_err());
     }
 
     // Kills: accepting glTF 1 or files that ask for a later version.

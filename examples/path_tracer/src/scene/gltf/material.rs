@@ -45,12 +45,7 @@ pub(super) fn fallback() -> Material {
 }
 
 /// Reads a material; `place` names it in messages.
-pub(super) fn read(
-    source: &json::Material,
-    place: &str,
-    textures: &mut Textures<'_>,
-    warnings: &mut Warnings,
-) -> Result<Material, Fault> {
+pub(super) fn read(source: &json::Material, place: &str, textures: &mut Textures<'_>, warnings: &mut Warnings) -> Result<Material, Fault> {
     let pbr = &source.pbr_metallic_roughness;
     let mut texture = |slot: &str, info: &Option<json::TextureInfo>, warnings: &mut Warnings| match info {
         Some(info) => textures.read(info, place, warnings).map_err(|f| f.within(slot)),

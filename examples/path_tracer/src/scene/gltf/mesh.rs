@@ -73,10 +73,9 @@ pub(super) fn read(
         warnings.push(format!("{place}: there are no positions, so it is left out"));
         return Ok(None);
     };
-    for compression in ["KHR_draco_mesh_compression", "EXT_mesh_features"] {
-        if primitive.extensions.contains_key(compression) && !accessors.has_bytes(position)? {
-            return Err(Fault::unsupported("POSITION", compression));
-        }
+    const DRACO: &str = "KHR_draco_mesh_compression";
+    if primitive.extensions.contains_key(DRACO) && !accessors.has_bytes(position)? {
+        return Err(Fault::unsupported("POSITION", DRACO));
     }
     let positions = accessors.table(position, &[3]).map_err(|f| f.within("POSITION"))?;
     if let Some(index) = positions.rows([0.0; 3]).position(|p| !Vec3::from_array(p).is_finite()) {
@@ -132,8 +131,7 @@ fn read_vertices(
     warnings: &mut Warnings,
 ) -> Result<Vec<Vertex>, Fault> {
     let blank = Vertex { color: Vec4::ONE, ..Vertex::default() };
-    let mut vertices: Vec<Vertex> =
-        positions.rows([0.0; 3]).map(|p| Vertex { position: Vec3::from_array(p), ..blank }).collect();
+    let mut vertices: Vec<Vertex> = positions.rows([0.0; 3]).map(|p| Vertex { position: Vec3::from_array(p), ..blank }).collect();
     let mut n_bad = 0usize;
     let mut each = |name: &str, widths: &[usize], set: &mut dyn FnMut(&mut Vertex, [f32; 4])| -> Result<bool, Fault> {
         let Some(&index) = primitive.attributes.get(name) else { return Ok(false) };

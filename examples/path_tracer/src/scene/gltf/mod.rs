@@ -84,14 +84,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Scene, Fault> {
     let mut reader = Reader {
         document: &document,
         accessors: Accessors { document: &document, buffers: &buffers },
-        textures: Textures {
-            document: &document,
-            buffers: &buffers,
-            scene: path,
-            images: Vec::new(),
-            known: HashMap::new(),
-            n_texels: 0,
-        },
+        textures: Textures { document: &document, buffers: &buffers, scene: path, images: Vec::new(), known: HashMap::new(), n_texels: 0 },
         lights: extension::<Lights>(&document.extensions, "KHR_lights_punctual")?.unwrap_or_default(),
         materials: HashMap::new(),
         meshes: HashMap::new(),

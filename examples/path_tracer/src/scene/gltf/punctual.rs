@@ -35,12 +35,7 @@ pub(super) fn camera(camera: &json::Camera, node_name: Option<&str>, fallback: &
 }
 
 /// A light of KHR_lights_punctual at the place of its node.
-pub(super) fn light(
-    light: &json::Light,
-    place: &str,
-    world_from_node: DMat4,
-    warnings: &mut Warnings,
-) -> Result<PunctualLight, Fault> {
+pub(super) fn light(light: &json::Light, place: &str, world_from_node: DMat4, warnings: &mut Warnings) -> Result<PunctualLight, Fault> {
     let kind = match light.kind.as_str() {
         "point" => LightKind::Point,
         "directional" => LightKind::Directional,

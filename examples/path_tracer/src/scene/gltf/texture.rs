@@ -136,7 +136,8 @@ fn decode(bytes: &[u8], name: String, n_texels_left: u64) -> Result<Image, Fault
     Ok(Image { name, width, height, texels: texels.to_vec() })
 }
 
-/// Scale first, then rotation (counter-clockwise as seen, and v grows downwards), then offset.
+/// Scale first, then rotation, then offset. The rotation is counter-clockwise as seen in the picture, where v grows downwards; the
+/// extension's own test model shows that this sense is meant.
 fn rows(transform: &TextureTransform) -> [Vec3; 2] {
     let [u, v] = transform.offset.unwrap_or([0.0; 2]);
     let [scale_u, scale_v] = transform.scale.unwrap_or([1.0; 2]);
@@ -151,12 +152,8 @@ mod tests {
     // Kills: rotation before scale, clockwise rotation, and a scaled offset.
     #[test]
     fn texture_transforms_follow_the_extension() {
-        let transform = TextureTransform {
-            offset: Some([0.25, 0.5]),
-            rotation: std::f32::consts::FRAC_PI_2,
-            scale: Some([2.0, 3.0]),
-            tex_coord: None,
-        };
+        let transform =
+            TextureTransform { offset: Some([0.25, 0.5]), rotation: std::f32::consts::FRAC_PI_2, scale: Some([2.0, 3.0]), tex_coord: None };
         let rows = rows(&transform);
         let at = |u: f32, v: f32| [rows[0].dot(Vec3::new(u, v, 1.0)), rows[1].dot(Vec3::new(u, v, 1.0))];
         for ((u, v), expected) in [((0.0, 0.0), [0.25, 0.5]), ((1.0, 0.0), [0.25, -1.5]), ((0.0, 1.0), [3.25, 0.5])] {
