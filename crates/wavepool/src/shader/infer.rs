@@ -192,7 +192,7 @@ impl Walk<'_> {
             Statement::Emit(range) => {
                 for handle in range.clone() {
                     if let Expression::Load { pointer } = self.function.expressions[handle] {
-                        self.read(pointer, &at);
+                        self.read(pointer, self.function.expressions.get_span(handle), &at);
                     }
                 }
             }
@@ -202,10 +202,12 @@ impl Walk<'_> {
                 }
             }
             Statement::Call { function, arguments, .. } => {
+                let before = at.must.clone();
                 for (index, argument) in arguments.iter().enumerate() {
                     if self.leaves(*argument).is_some() {
                         let callee = summarise(self.module, *function, index as u32, self.memo);
-                        self.summary.reads = self.summary.reads.union(&callee.reads.difference(&at.must));
+                        // One state passed twice: what one name writes may be read by the other before.
+                        self.summary.reads = self.summary.reads.union(&callee.reads.difference(&before));
                         self.summary.widened.extend(callee.widened.iter().cloned());
                         at = then(&at, &callee.on_return());
                     }
@@ -270,13 +272,14 @@ impl Walk<'_> {
         Some(at)
     }
 
-    fn read(&mut self, pointer: Handle<Expression>, at: &Written) {
+    fn read(&mut self, pointer: Handle<Expression>, span: Span, at: &Written) {
         let Some((leaves, exact)) = self.leaves(pointer) else { return };
-        let span = self.function.expressions.get_span(pointer);
         if !exact {
             self.summary.widened.push((span, "an index known only at run time reads every element".into()));
         } else if matches!(self.function.expressions[pointer], Expression::FunctionArgument(_)) {
-            self.summary.widened.push((span, "copying the whole state reads all of it".into()));
+            // naga places `*p` where `p` is declared: name the function.
+            let function = self.function.name.as_deref().unwrap_or("");
+            self.summary.widened.push((span, format!("`{function}` copies the whole state, which reads all of it")));
         }
         let mut read = LeafSet::default();
         read.insert_range(leaves);
