@@ -32,7 +32,7 @@ mod schedule;
 pub mod shader;
 
 pub use error::{Error, Result};
-pub use executor::{Progress, Report, Resources, Scheduler};
+pub use executor::{Progress, Report, Resources, Scheduler, upload};
 pub use film::Film;
 pub use gpu::{AdapterFacts, GpuContext, GpuOptions, adapters};
 pub use policy::{ImageTiles, LinearRange};

@@ -8,8 +8,8 @@
 use std::fmt::Display;
 use std::path::Path;
 
-/// Why a file could not be read, understood or written.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+/// Why a file could not be read, understood or written, or a scene not rendered.
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The operating system refused to read the file.
@@ -56,6 +56,12 @@ pub enum Error {
         /// The operating system's words, or the encoder's.
         reason: String,
     },
+    /// The scene does not fit into the tables of the kernels.
+    #[error("scene: {0}")]
+    Pack(#[from] crate::gpu_scene::Error),
+    /// The scheduler or the device could not do it.
+    #[error(transparent)]
+    Scheduler(#[from] wavepool::Error),
 }
 
 impl Error {

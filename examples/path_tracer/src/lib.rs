@@ -1,1 +1,16 @@
-//! x
+//! A path tracer on wavepool: scenes from files, stages in WGSL, images out.
+//!
+//! Key decision: the renderer is an ordinary user of the scheduler. It declares a program (the stages in `shaders/path_tracer`), gives
+//! it buffers, and never mentions a schedule except to pass one on.
+//!
+//! **Invariant:** nothing here knows how stages become kernels.
+
+pub mod error;
+pub mod gpu_scene;
+pub mod output;
+mod renderer;
+pub mod scene;
+
+pub use error::Error;
+pub use renderer::{Renderer, Rendering, Settings};
+pub use wavepool;

@@ -13,7 +13,7 @@ mod run;
 
 use std::time::Duration;
 
-pub use resources::Resources;
+pub use resources::{Resources, upload};
 
 use crate::{
     Error, Film, Program, Result, Schedule,
@@ -198,7 +198,7 @@ impl Scheduler {
         };
         let blocks = match self.schedule.pool_blocks {
             Some(blocks) => blocks.clamp(1, MAX_POOL_BLOCKS).min(useful),
-            None => DEFAULT_POOL_BLOCKS.min(useful).min(fitting),
+            None => default_pool_blocks(&self.device).min(useful).min(fitting),
         };
         if state(blocks) > binding {
             return Err(Error::Limit {
@@ -228,7 +228,11 @@ impl Scheduler {
     }
 }
 
-/// Blocks when the schedule does not say: enough to fill a large GPU, small against an image.
-const DEFAULT_POOL_BLOCKS: u32 = 1024;
+/// Blocks when the schedule does not say: a million lanes fill a large GPU; a software driver runs a few groups at a time and gains
+/// from state that stays in its caches.
+fn default_pool_blocks(device: &wgpu::Device) -> u32 {
+    if device.adapter_info().device_type == wgpu::DeviceType::Cpu { 128 } else { 4096 }
+}
+
 /// The threshold arithmetic of the tick is exact up to here.
 const MAX_POOL_BLOCKS: u32 = 1 << 19;

@@ -2,6 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use wgpu::util::DeviceExt as _;
+
+use super::kernels::scoped;
 use crate::{
     Error, Result,
     shader::{Resource, ResourceKind},
@@ -54,6 +57,16 @@ impl Resources {
             (None, _) => Err(problem("is used by the program but was not provided")),
         }
     }
+}
+
+/// A buffer with the given contents; for programs that upload their own data.
+///
+/// # Errors
+/// [`Error::Gpu`] when the device has no memory for it.
+pub fn upload(device: &wgpu::Device, label: &str, contents: &[u8], usage: wgpu::BufferUsages) -> Result<wgpu::Buffer> {
+    scoped(device, &format!("uploading {} bytes of {label}", contents.len()), || {
+        device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
+    })
 }
 
 /// How a variable is declared in a bind group layout.

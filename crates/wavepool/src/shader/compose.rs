@@ -8,7 +8,7 @@
 
 use std::{borrow::Cow, collections::HashMap, ops::Range};
 
-use super::Diagnostic;
+use super::{Diagnostic, scan};
 
 /// One WGSL file of a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -48,25 +48,52 @@ impl Composition {
 
     /// Turns a span of the joined text into a message about the file it came from.
     pub(crate) fn diagnostic(&self, span: naga::Span, message: &str, label: &str, notes: &[String]) -> Diagnostic {
-        let range = span.to_range().unwrap_or(0..0);
-        match self.segments.iter().find(|segment| segment.range.contains(&range.start)) {
-            Some(segment) if span.is_defined() => {
-                let base = segment.range.start;
-                Diagnostic::new(&segment.file, &segment.original, range.start - base..range.end - base, message, label, notes)
-            }
-            _ => {
-                Diagnostic::nowhere(std::iter::once(message).chain([label]).filter(|part| !part.is_empty()).collect::<Vec<_>>().join(": "))
-            }
-        }
+        self.labelled(&[(span, label)], message, notes)
+    }
+
+    /// The same with several places, the first of which is the mistake; those in other files are left out.
+    fn labelled(&self, labels: &[(naga::Span, &str)], message: &str, notes: &[String]) -> Diagnostic {
+        let place = |span: &naga::Span| {
+            let range = span.to_range().filter(|_| span.is_defined())?;
+            self.segments.iter().find(|segment| segment.range.contains(&range.start)).map(|segment| (segment, range))
+        };
+        let Some((segment, _)) = labels.first().and_then(|(span, _)| place(span)) else {
+            let label = labels.first().map_or("", |(_, label)| label);
+            return Diagnostic::nowhere(
+                std::iter::once(message).chain([label]).filter(|part| !part.is_empty()).collect::<Vec<_>>().join(": "),
+            );
+        };
+        let base = segment.range.start;
+        let labels: Vec<_> = labels
+            .iter()
+            .filter_map(|(span, label)| {
+                let (other, range) = place(span)?;
+                // naga names its own types where it has nothing to say.
+                let label = if label.starts_with("naga::") { "" } else { label };
+                (other.range.start == base).then(|| (range.start - base..range.end - base, label))
+            })
+            .collect();
+        Diagnostic::labelled(&segment.file, &segment.original, &labels, message, notes)
+    }
+
+    /// Where the function of this name is declared, from `fn` to its name.
+    pub(crate) fn declaration(&self, name: &str) -> naga::Span {
+        let declares = |start: usize| {
+            let rest = self.text[start + 2..].trim_start();
+            rest.strip_prefix(name).is_some_and(|rest| rest.trim_start().starts_with('('))
+        };
+        let found = self.text.match_indices("fn").map(|(start, _)| start).find(|start| declares(*start));
+        found.map_or(naga::Span::UNDEFINED, |start| {
+            let end = self.text[start..].find('(').map_or(start, |length| start + length);
+            naga::Span::new(start as u32, end as u32)
+        })
     }
 
     /// A parse error of naga as messages about the user's files.
     pub(crate) fn parse_error(&self, error: &naga::front::wgsl::ParseError) -> Diagnostic {
         let notes: Vec<String> = error.notes().map(String::from).collect();
-        match error.labels().next() {
-            Some((span, label)) => self.diagnostic(span, error.message(), label, &notes),
-            None => Diagnostic::nowhere(error.message().to_owned()),
-        }
+        let labels: Vec<(naga::Span, &str)> = error.labels().collect();
+        self.labelled(&labels, error.message(), &notes)
     }
 
     /// A validation error of naga as a message about the user's files: the innermost cause at the narrowest place.
@@ -77,20 +104,21 @@ impl Composition {
             causes.push(cause.to_string());
             source = cause.source();
         }
-        let message = causes.pop().unwrap_or_default();
-        causes.reverse();
-        match error.spans().last() {
-            Some((span, label)) => self.diagnostic(*span, &message, label, &causes),
-            None => Diagnostic::nowhere(message),
+        let mut message = causes.pop().unwrap_or_default();
+        // Numbers of expressions and functions mean something inside naga alone.
+        let mut notes: Vec<String> = causes.iter().rev().filter(|cause| !cause.starts_with("Expression [")).cloned().collect();
+        for note in &mut notes {
+            if let Some((_, rest)) = note.split_once("] '").filter(|_| note.starts_with("Function [")) {
+                *note = format!("in function `{}`", rest.trim_end_matches("' is invalid"));
+            }
         }
+        if message == "Abstract types may only appear in constant expressions" {
+            message = "the operands of this expression have different types".into();
+            notes.insert(0, "WGSL converts no values by itself: write `f32(x)`, `u32(x)` or a literal such as `1u`".into());
+        }
+        let labels: Vec<(naga::Span, &str)> = error.spans().rev().map(|(span, label)| (*span, label.as_str())).take(1).collect();
+        self.labelled(&labels, &message, &notes)
     }
-}
-
-/// An `import` statement: where it stands, what it wants.
-struct Import {
-    span: Range<usize>,
-    module: Vec<String>,
-    names: Vec<(String, Range<usize>)>,
 }
 
 /// Joins `roots` and everything they import from `library`, dependencies first, into `composition`.
@@ -108,12 +136,11 @@ pub(crate) fn compose(composition: &mut Composition, roots: &[SourceModule], lib
     let mut declared: HashMap<String, (usize, Range<usize>)> = HashMap::new();
     for &index in &order {
         let module = all[index];
-        let (imports, _) = parse_imports(module);
+        let (imports, _) = scan::imports(module);
         let blanked = blank(&module.text, imports.iter().map(|import| import.span.clone()));
-        for (name, span) in declarations(&blanked) {
-            if name.starts_with("wf_") {
-                let message = format!("`{name}`: names beginning with `wf_` are reserved for generated code");
-                errors.push(Diagnostic::new(&module.file, &module.text, span.clone(), &message, "reserved", &[]));
+        for (name, span) in scan::declarations(&blanked) {
+            if let Some(message) = scan::reserved(&name) {
+                errors.push(Diagnostic::new(&module.file, &module.text, span.clone(), &message, "choose another name", &[]));
             }
             if let Some((other, _)) = declared.get(&name) {
                 let message = format!("`{name}` is declared twice");
@@ -133,7 +160,11 @@ fn visit(index: usize, all: &[&SourceModule], state: &mut HashMap<usize, ()>, or
         return;
     }
     let module = all[index];
-    let (imports, mut problems) = parse_imports(module);
+    if let Some(problem) = scan::check(module) {
+        errors.push(problem);
+        return;
+    }
+    let (imports, mut problems) = scan::imports(module);
     errors.append(&mut problems);
     for import in imports {
         let (package, path) = match import.module.split_first() {
@@ -155,7 +186,7 @@ fn visit(index: usize, all: &[&SourceModule], state: &mut HashMap<usize, ()>, or
             errors.push(Diagnostic::new(&module.file, &module.text, import.span, &message, "no such module", &[note]));
             continue;
         };
-        let names: Vec<String> = declarations(&all[found].text).into_iter().map(|(name, _)| name).collect();
+        let names: Vec<String> = scan::declarations(&all[found].text).into_iter().map(|(name, _)| name).collect();
         for (name, span) in import.names {
             if !names.contains(&name) {
                 let message = format!("`{}` declares no `{name}`", import.module.join("::"));
@@ -178,137 +209,4 @@ fn blank(text: &str, spans: impl Iterator<Item = Range<usize>>) -> String {
     }
     // Import statements hold no partial characters: they begin and end at ASCII bytes.
     String::from_utf8(bytes).unwrap_or_else(|_| text.to_owned())
-}
-
-/// Byte offsets at which the text is code: comments become spaces of the same length.
-fn without_comments(text: &str) -> Vec<u8> {
-    let mut out = text.as_bytes().to_vec();
-    let mut i = 0;
-    while i < out.len() {
-        if out[i..].starts_with(b"//") {
-            while i < out.len() && out[i] != b'\n' {
-                out[i] = b' ';
-                i += 1;
-            }
-        } else if out[i..].starts_with(b"/*") {
-            let mut depth = 0;
-            while i < out.len() {
-                if out[i..].starts_with(b"/*") {
-                    depth += 1;
-                    out[i] = b' ';
-                    out[i + 1] = b' ';
-                    i += 2;
-                } else if out[i..].starts_with(b"*/") {
-                    depth -= 1;
-                    out[i] = b' ';
-                    out[i + 1] = b' ';
-                    i += 2;
-                    if depth == 0 {
-                        break;
-                    }
-                } else {
-                    if out[i] != b'\n' {
-                        out[i] = b' ';
-                    }
-                    i += 1;
-                }
-            }
-        } else {
-            i += 1;
-        }
-    }
-    out
-}
-
-fn is_word(byte: u8) -> bool {
-    byte.is_ascii_alphanumeric() || byte == b'_' || byte >= 0x80
-}
-
-fn next_token(code: &[u8], mut at: usize) -> Option<Range<usize>> {
-    while at < code.len() && code[at].is_ascii_whitespace() {
-        at += 1;
-    }
-    let start = at;
-    while at < code.len() && is_word(code[at]) {
-        at += 1;
-    }
-    if at == start && at < code.len() {
-        at += if code[at..].starts_with(b"::") { 2 } else { 1 };
-    }
-    (at > start).then_some(start..at)
-}
-
-fn parse_imports(module: &SourceModule) -> (Vec<Import>, Vec<Diagnostic>) {
-    let code = without_comments(&module.text);
-    let mut imports = Vec::new();
-    let mut errors = Vec::new();
-    let mut at = 0;
-    while let Some(keyword) = next_token(&code, at).filter(|token| &code[token.clone()] == b"import") {
-        let mut parts: Vec<(String, Range<usize>)> = Vec::new();
-        let mut names = Vec::new();
-        let mut in_braces = false;
-        let mut end = keyword.end;
-        let mut complete = false;
-        while let Some(token) = next_token(&code, end) {
-            end = token.end;
-            let word = String::from_utf8_lossy(&code[token.clone()]).into_owned();
-            match word.as_str() {
-                ";" => {
-                    complete = true;
-                    break;
-                }
-                "::" | "," => {}
-                "{" => in_braces = true,
-                "}" => in_braces = false,
-                _ if !word.bytes().all(is_word) => break,
-                _ if in_braces => names.push((word, token)),
-                _ => parts.push((word, token)),
-            }
-        }
-        if names.is_empty() {
-            names.extend(parts.pop());
-        }
-        let span = keyword.start..end;
-        if !complete || parts.is_empty() {
-            let note = "written as `import package::folder::file::{name, other};`".to_owned();
-            errors.push(Diagnostic::new(&module.file, &module.text, span, "malformed import", "", &[note]));
-            break;
-        }
-        at = end;
-        imports.push(Import { span, module: parts.into_iter().map(|(word, _)| word).collect(), names });
-    }
-    (imports, errors)
-}
-
-/// Names declared at module level with their places.
-fn declarations(text: &str) -> Vec<(String, Range<usize>)> {
-    let code = without_comments(text);
-    let mut names = Vec::new();
-    let mut depth = 0_i32;
-    let mut at = 0;
-    while let Some(token) = next_token(&code, at) {
-        at = token.end;
-        match &code[token] {
-            b"{" | b"(" => depth += 1,
-            b"}" | b")" => depth -= 1,
-            b"fn" | b"struct" | b"const" | b"override" | b"alias" | b"var" if depth == 0 => {
-                let mut name = next_token(&code, at);
-                // `var<storage, read> name`: skip the angle brackets.
-                if name.clone().is_some_and(|token| &code[token] == b"<") {
-                    while let Some(token) = name {
-                        name = next_token(&code, token.end);
-                        if &code[token] == b">" {
-                            break;
-                        }
-                    }
-                }
-                if let Some(token) = name {
-                    at = token.end;
-                    names.push((String::from_utf8_lossy(&code[token.clone()]).into_owned(), token));
-                }
-            }
-            _ => {}
-        }
-    }
-    names
 }

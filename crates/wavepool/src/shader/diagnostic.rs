@@ -3,7 +3,7 @@
 use std::{fmt, ops::Range};
 
 use codespan_reporting::{
-    diagnostic::{Diagnostic as Report, Label},
+    diagnostic::{Diagnostic as Report, Label, LabelStyle},
     files::SimpleFile,
     term,
 };
@@ -25,13 +25,22 @@ pub struct Diagnostic {
 impl Diagnostic {
     /// Points at `span` (bytes) of `text`.
     pub(crate) fn new(file: &str, text: &str, span: Range<usize>, message: &str, label: &str, notes: &[String]) -> Self {
-        let start = span.start.min(text.len());
-        let end = span.end.clamp(start, text.len());
+        Self::labelled(file, text, &[(span, label)], message, notes)
+    }
+
+    /// Points at several places of `text`; the first is where the mistake is.
+    pub(crate) fn labelled(file: &str, text: &str, labels: &[(Range<usize>, &str)], message: &str, notes: &[String]) -> Self {
+        let start = labels.first().map_or(0, |(span, _)| span.start).min(text.len());
         let before = &text[..start];
         let line = before.matches('\n').count() + 1;
         let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
-        let report =
-            Report::error().with_message(message).with_label(Label::primary((), start..end).with_message(label)).with_notes(notes.to_vec());
+        let labels = labels.iter().enumerate().map(|(index, (span, label))| {
+            let start = span.start.min(text.len());
+            let range = start..span.end.clamp(start, text.len());
+            let style = if index == 0 { LabelStyle::Primary } else { LabelStyle::Secondary };
+            Label::new(style, (), range).with_message(*label)
+        });
+        let report = Report::error().with_message(message).with_labels(labels.collect()).with_notes(notes.to_vec());
         let config = term::Config { tab_width: 4, ..term::Config::default() };
         let rendered = term::emit_into_string(&config, &SimpleFile::new(file, text), &report)
             .map_or_else(|_| format!("error: {message} ({file}:{line}:{column})"), |text| text.trim_end().to_owned());

@@ -103,23 +103,24 @@ impl Role {
 impl Inspector<'_> {
     fn interface(&mut self, names: &Names) -> Option<Interface> {
         for entry in &self.module.entry_points {
-            let message = format!("`{}`: the kernels are generated; stages are plain functions", entry.name);
-            let diagnostic = self.composition.diagnostic(
-                entry.function.body.span_iter().next().map_or(Span::UNDEFINED, |(_, s)| *s),
-                &message,
-                "inside an entry point",
-                &[],
-            );
-            self.errors.push(diagnostic);
+            let message = format!("`{}` is an entry point", entry.name);
+            let place = self.composition.declaration(&entry.name);
+            self.errors.push(self.composition.diagnostic(place, &message, "kernels are generated; stages are plain functions", &[]));
         }
         let generate = self.role(&names.generate, Role::Generate)?;
         let stages: Vec<_> = names.stages.iter().filter_map(|name| Some((name.clone(), self.role(name, Role::Stage)?))).collect();
         let finish = self.role(&names.finish, Role::Finish)?;
         let survival = self.optional(&names.survival, Role::Survival);
         let reweight = self.optional(&names.reweight, Role::Reweight);
-        if survival.is_some() != reweight.is_some() {
-            let (have, lack) = if survival.is_some() { (&names.survival, &names.reweight) } else { (&names.reweight, &names.survival) };
-            self.errors.push(Diagnostic::nowhere(format!("roulette needs both functions: `{have}` is there, `{lack}` is not")));
+        for (have, lack) in [(&names.survival, &names.reweight), (&names.reweight, &names.survival)] {
+            if let (Some(function), None) = (self.find(have), self.find(lack)) {
+                let label = format!("roulette needs `{lack}` too");
+                self.error(self.head(function), &format!("`{have}` stands alone"), &label);
+            }
+        }
+        let decides = |(_, function): &&(String, Handle<Function>)| self.module.functions[*function].result.is_some();
+        if let (Some((_, last)), None) = (stages.last(), stages.iter().find(decides)) {
+            self.error(self.head(*last), "the walks never end: no stage returns CONTINUE or FINISH", "the last stage, for one, could");
         }
         let state = self.state?;
         let mut leaves = Vec::new();
@@ -203,7 +204,7 @@ impl Inspector<'_> {
                 .functions
                 .iter()
                 .filter_map(|(_, function)| function.name.as_deref())
-                .filter(|name| !name.starts_with("wf_"))
+                .filter(|name| !name.starts_with("wf_") && *name != "item_coordinates")
                 .collect();
             self.errors.push(Diagnostic::nowhere(format!("no function `{name}` in the program; there are: {}", known.join(", "))));
             return None;
@@ -276,6 +277,16 @@ impl Inspector<'_> {
         let function = &self.module.functions[handle];
         let name = function.name.clone().unwrap_or_default();
         for (handle, expression) in function.expressions.iter() {
+            let by_neighbours = match expression {
+                Expression::Derivative { .. } => true,
+                Expression::ImageSample { level, .. } => matches!(level, naga::SampleLevel::Auto | naga::SampleLevel::Bias(_)),
+                _ => false,
+            };
+            if by_neighbours {
+                let label = "use textureLoad or textureSampleLevel";
+                let span = function.expressions.get_span(handle);
+                found.push((span, format!("`{name}` takes a derivative, which needs neighbouring pixels"), label));
+            }
             if let Expression::GlobalVariable(global) = expression {
                 let variable = &self.module.global_variables[*global];
                 let what = match variable.space {
@@ -423,6 +434,13 @@ impl Inspector<'_> {
             }
         }
         resources.sort_by_key(|resource| (resource.group, resource.binding));
+        for pair in resources.windows(2).filter(|pair| (pair[0].group, pair[0].binding) == (pair[1].group, pair[1].binding)) {
+            let [first, second] = [&pair[0].name, &pair[1].name];
+            let variable = self.module.global_variables.iter().find(|(_, variable)| variable.name.as_ref() == Some(second));
+            let span = variable.map_or(Span::UNDEFINED, |(handle, _)| self.module.global_variables.get_span(handle));
+            let place = format!("@group({}) @binding({})", pair[0].group, pair[0].binding);
+            self.error(span, &format!("`{first}` and `{second}` share {place}"), "stages use both");
+        }
         resources
     }
 }

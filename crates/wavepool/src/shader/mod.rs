@@ -3,13 +3,14 @@
 //! Key decision: the user's text is never rewritten or mangled. Modules are concatenated, imports and removed parts are blanked with
 //! spaces, and generated code goes before and after; so every message of naga maps back to the file, line and column the user wrote.
 //!
-//! **Invariant:** generated names begin with `wf_`; user modules may not declare such names.
+//! **Invariant:** generated names begin with `wf_`; user modules may not use such names.
 
 mod compose;
 mod diagnostic;
 mod generate;
 mod infer;
 mod inspect;
+mod scan;
 
 pub use compose::SourceModule;
 pub(crate) use compose::{Composition, compose};

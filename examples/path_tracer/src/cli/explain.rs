@@ -1,0 +1,24 @@
+//! `path-tracer explain`: what a scene calls for, without rendering it.
+
+use path_tracer::{Renderer, scene::Scene};
+
+use super::{Failure, render, say};
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    render: render::Arguments,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let settings = arguments.render.settings()?;
+    let scene: Scene = arguments.render.load()?;
+    let program = Renderer::program(&scene)?;
+    let layout = program.layout(settings.schedule.roulette.is_some());
+    say(format_args!("scene:    {}, {} triangles, {} materials", scene.name, scene.triangles.len(), scene.materials.len()));
+    say(format_args!("stages:   {}", program.stages().collect::<Vec<_>>().join(", ")));
+    say(format_args!("schedule: {}", settings.schedule));
+    say("state per lane (r loaded, f loaded by walks that finish, w stored):");
+    say(layout.table());
+    Ok(())
+}

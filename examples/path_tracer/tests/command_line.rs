@@ -1,0 +1,111 @@
+//! The command `path-tracer` as a stranger meets it: messages, exit codes, what happens to files.
+
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Output},
+};
+
+fn path_tracer(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_path-tracer")).args(arguments).output().expect("the binary runs")
+}
+
+/// One line on stderr that contains every one of `parts`, the given exit code, nothing on stdout.
+fn refuses(arguments: &[&str], code: i32, parts: &[&str]) {
+    let output = path_tracer(arguments);
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {stderr}");
+    assert_eq!(stderr.trim_end().lines().count(), 1, "{arguments:?}: {stderr}");
+    parts.iter().for_each(|part| assert!(stderr.contains(part), "{arguments:?}: `{part}` is not in: {stderr}"));
+    assert!(output.stdout.is_empty(), "{arguments:?} printed to stdout");
+}
+
+/// Kills: a scene name taken for a file without saying what else there is.
+#[test]
+fn missing_scenes_are_named() {
+    refuses(&["render", "no-such-scene"], 1, &["no-such-scene", "built-in", "cornell-box", "mirror-corridor"]);
+    refuses(&["render", "no-such-file.glb"], 1, &["no-such-file.glb"]);
+    refuses(&["render", "cornell-box", "--env", "no-such-sky.hdr"], 1, &["no-such-sky.hdr"]);
+    refuses(&["render", "picture.txt"], 1, &["picture.txt", ".glb or .gltf"]);
+}
+
+/// Kills: a render that starts before its arguments are understood.
+#[test]
+fn wrong_usage_is_exit_code_2() {
+    refuses(&["render", "cornell-box", "--size", "0x64"], 2, &["--size 0x64"]);
+    refuses(&["render", "cornell-box", "--size", "64"], 2, &["--size 64", "WIDTHxHEIGHT"]);
+    refuses(&["render", "cornell-box", "--size", "99999x1"], 2, &["--size 99999x1"]);
+    refuses(&["render", "cornell-box", "--schedule", "blok"], 2, &["blok", "never, block, megakernel"]);
+    refuses(&["render", "cornell-box", "--schedule", "block,threshold=99"], 2, &["threshold=99"]);
+    refuses(&["render", "cornell-box", "--samples", "0"], 2, &["--samples 0"]);
+    refuses(&["render", "cornell-box", "--pool-blocks", "0"], 2, &["--pool-blocks 0"]);
+    assert_eq!(path_tracer(&["render"]).status.code(), Some(2));
+    assert_eq!(path_tracer(&["paint"]).status.code(), Some(2));
+}
+
+/// Kills: finding out after the render that nothing can be written, or replacing an older picture by a broken one.
+#[test]
+fn an_existing_output_survives_a_failure() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("old.png");
+    fs::write(&out, "an older picture").expect("written");
+    let scene = folder.path().join("cut.glb");
+    fs::write(&scene, b"glTF\x02\0\0\0\xff\xff\0\0").expect("written");
+    let (scene, out_text) = (scene.display().to_string(), out.display().to_string());
+    refuses(&["render", &scene, "--out", &out_text], 1, &["cut.glb"]);
+    assert_eq!(fs::read(&out).expect("still there"), b"an older picture");
+
+    let nowhere = folder.path().join("no-folder").join("a.png").display().to_string();
+    refuses(&["render", "cornell-box", "--out", &nowhere], 1, &["a.png", "cannot write"]);
+    refuses(&["render", "cornell-box", "--out", "picture.gif"], 1, &["picture.gif", ".png or .exr"]);
+    assert_eq!(fs::read_dir(folder.path()).expect("listed").count(), 2, "no file of ours stays behind");
+}
+
+/// A triangle whose second corner is not a number.
+fn triangle_with_nan(folder: &Path) -> String {
+    let mut bytes = Vec::new();
+    for value in [0.0, 0.0, 0.0, 1.0, f32::NAN, 0.0, 0.0, 1.0, 0.0] {
+        bytes.extend_from_slice(&f32::to_le_bytes(value));
+    }
+    fs::write(folder.join("nan.bin"), bytes).expect("written");
+    let json = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
+        "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"uri":"nan.bin","byteLength":36}]}"#;
+    let file = folder.join("nan.gltf");
+    fs::write(&file, json).expect("written");
+    file.display().to_string()
+}
+
+/// Kills: a NaN that reaches the acceleration structure, or a message that does not say where it is.
+#[test]
+fn positions_that_are_not_numbers_are_located() {
+    let folder = tempfile::tempdir().expect("a folder");
+    refuses(&["render", &triangle_with_nan(folder.path())], 1, &["nan.gltf", "mesh 0", "primitive 0", "vertex 1"]);
+}
+
+/// Kills: a summary without the hash that scripts compare, or with two of them; a hash that depends on the schedule.
+#[test]
+fn a_render_prints_one_hash_whatever_the_schedule() {
+    let adapters = path_tracer(&["adapters", "--json"]);
+    assert!(adapters.status.success());
+    if String::from_utf8_lossy(&adapters.stdout).trim() == "[]" {
+        assert!(std::env::var_os("WAVEPOOL_NO_SKIP").is_none(), "no adapter");
+        println!("skipped: no adapter");
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut hashes = Vec::new();
+    for (schedule, name) in [("never", "a.png"), ("block,threshold=0.1,check_every=1", "b.exr"), ("megakernel", "c.png")] {
+        let out = folder.path().join(name).display().to_string();
+        let output = path_tracer(&["render", "cornell-box", "--size", "40x24", "--samples", "2", "--schedule", schedule, "--out", &out]);
+        let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let lines: Vec<&str> = stdout.lines().filter_map(|line| line.strip_prefix("image-hash: ")).collect();
+        assert_eq!(lines.len(), 1, "{stdout}");
+        assert!(lines[0].len() == 16 && lines[0].bytes().all(|byte| byte.is_ascii_hexdigit()), "{stdout}");
+        hashes.push(lines[0].to_owned());
+        assert!(fs::metadata(&out).expect("a picture").len() > 100);
+    }
+    assert!(hashes.iter().all(|hash| *hash == hashes[0]), "{hashes:?}");
+}
