@@ -116,7 +116,7 @@ impl Composition {
             message = "the operands of this expression have different types".into();
             notes.insert(0, "WGSL converts no values by itself: write `f32(x)`, `u32(x)` or a literal such as `1u`".into());
         }
-        let labels: Vec<(naga::Span, &str)> = error.spans().rev().map(|(span, label)| (*span, label.as_str())).take(1).collect();
+        let labels: Vec<(naga::Span, &str)> = error.spans().last().map(|(span, label)| (*span, label.as_str())).into_iter().collect();
         self.labelled(&labels, &message, &notes)
     }
 }
