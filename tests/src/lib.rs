@@ -1,1 +1,5 @@
-//! x
+//! What the tests of this package share: the trap functions, the devices, small programs.
+//!
+//! **Invariant:** a test that cannot run says so on one line, or fails when `WAVEPOOL_NO_SKIP=1`.
+
+pub mod traps;
