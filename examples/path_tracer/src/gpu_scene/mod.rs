@@ -1,0 +1,220 @@
+//! A [`Scene`] as the bytes of five buffers and the WGSL that reads them.
+//!
+//! Key decision: no GPU here. Packing is a pure function from a scene and a camera to bytes, so every table can be tested, hashed and read
+//! by a re-execution on the CPU; the caller makes buffers of them.
+//!
+//! **Invariant:** whatever packs is valid for the kernels: indices in range, numbers finite, tables exact, sizes within a binding.
+
+pub mod alias;
+pub mod effects;
+mod environment;
+pub mod error;
+mod geometry;
+pub mod hierarchy;
+mod lights;
+mod materials;
+pub mod normalise;
+pub mod record;
+pub mod records;
+mod tables;
+mod textures;
+mod view;
+
+use std::borrow::Cow;
+
+pub use effects::Effects;
+pub use error::Error;
+pub use normalise::Normalisation;
+pub use records::records_wgsl;
+
+use crate::scene::{Camera, Scene};
+use tables::Tables;
+
+/// What packing needs to know besides the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PackOptions {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// A path scatters at most this often; 0 shows emitters only.
+    pub max_depth: u32,
+    /// Keys all random numbers.
+    pub seed: u32,
+    /// Roulette spares paths that scattered less often.
+    pub roulette_depth: u32,
+    /// Roulette never gives a path less than this chance.
+    pub roulette_floor: f32,
+    /// How light is found.
+    pub light_strategy: LightStrategy,
+    /// Bytes that one binding can hold.
+    pub binding_limit: u64,
+}
+
+impl Default for PackOptions {
+    fn default() -> Self {
+        PackOptions {
+            width: 512,
+            height: 512,
+            max_depth: 64,
+            seed: 0,
+            roulette_depth: 4,
+            roulette_floor: 0.05,
+            light_strategy: LightStrategy::Mis,
+            binding_limit: 128 << 20,
+        }
+    }
+}
+
+/// How light is found; the expected image is the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LightStrategy {
+    /// Picking lights and running into them, weighted against each other.
+    #[default]
+    Mis,
+    /// Running into them alone; punctual lights are still picked because nothing can run into them.
+    Bsdf,
+    /// Picking them alone; what a mirror shows is still run into.
+    Lights,
+}
+
+/// What is in a packed scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Facts {
+    /// False when nothing can be picked: the stages `sample_light` and `trace_shadow` may be left out.
+    pub has_samplable_lights: bool,
+    /// What the scene calls for.
+    pub effects: Effects,
+    /// Packed triangles.
+    pub triangle_count: u32,
+    /// Entries of the light selection.
+    pub light_count: u32,
+    /// Inner nodes on the longest way down the hierarchy.
+    pub bvh_depth: u32,
+    /// Everything that was dropped, clamped or reduced; one line each, names the thing.
+    pub warnings: Vec<String>,
+}
+
+/// One WGSL module of the program.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ProgramModule {
+    /// What imports call it.
+    pub path: Cow<'static, str>,
+    /// The file's name for messages.
+    pub file: Cow<'static, str>,
+    /// The WGSL.
+    pub text: Cow<'static, str>,
+}
+
+/// The content of group 1. No buffer is empty.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct GpuScene {
+    /// Binding 0, a uniform.
+    pub view: Vec<u8>,
+    /// Binding 1: nodes of the hierarchy.
+    pub bvh: Vec<u8>,
+    /// Binding 2: triangles, then vertex attributes.
+    pub triangles: Vec<u8>,
+    /// Binding 3: materials, textures, lights, alias tables.
+    pub tables: Vec<u8>,
+    /// Binding 4: texels of images and of the panorama.
+    pub texels: Vec<u8>,
+    /// How the scene was moved into the unit ball.
+    pub normalisation: Normalisation,
+    /// What is in it.
+    pub facts: Facts,
+    effects_wgsl: String,
+}
+
+impl GpuScene {
+    /// Packs a scene as seen by a camera.
+    ///
+    /// **Cost:** building the hierarchy dominates; about a second per million triangles.
+    ///
+    /// # Errors
+    /// When a table exceeds a binding, an index dangles or a number is out of range.
+    pub fn pack(scene: &Scene, camera: &Camera, options: &PackOptions) -> Result<GpuScene, Error> {
+        let mut facts = Facts::default();
+        let warnings = &mut facts.warnings;
+        let material_limit = u64::from(records::triangle_flags::MATERIAL_MASK);
+        if scene.materials.len() as u64 > material_limit {
+            return Err(Error::TooMany { what: "materials", count: scene.materials.len() as u64, limit: material_limit });
+        }
+        let used = scene.triangles.iter().flat_map(|triangle| triangle.vertices);
+        let normalisation = Normalisation::of(used.filter_map(|index| scene.vertices.get(index as usize)).map(|vertex| vertex.position));
+        let mut textures = textures::Textures::default();
+        let materials = materials::pack(scene, &mut textures, warnings)?;
+        let mut effects = Effects::of_surfaces(&materials, &scene.vertices);
+        let mut geometry = geometry::pack(scene, &normalisation, &materials, warnings)?;
+
+        // The panorama takes what the images leave of the texel buffer.
+        let room = options.binding_limit.saturating_sub(textures.words.len() as u64 * 4 + 4096);
+        let room = tables::environment_texels_within(options.binding_limit).min(room / 12);
+        let environment = scene.environment.as_ref().map(|map| environment::pack(map, room, warnings)).transpose()?;
+        let environment = environment.filter(|map| map.alias.is_some());
+        let flux = environment.as_ref().map_or(0.0, |map| map.flux);
+        let lights = lights::pack(scene, &normalisation, &materials, &mut geometry, flux, options.light_strategy)?;
+        effects.environment = environment.is_some();
+        effects.emissive_triangles = geometry.triangles.iter().any(|triangle| triangle.material & records::triangle_flags::EMISSIVE != 0);
+        effects.punctual_lights = !lights.punctuals.is_empty();
+
+        let mut view = view::of_camera(camera, &normalisation, options.width, options.height)?;
+        view.seed = options.seed;
+        view.max_depth = options.max_depth;
+        view.roulette_depth = options.roulette_depth;
+        view.roulette_floor = options.roulette_floor.clamp(1e-6, 1.0);
+        view.bvh_root = geometry.hierarchy.root;
+        view.vertices = (geometry.triangles.len() * 4) as u32;
+        let tables = Tables::build(&mut view, &materials, textures, &lights, environment.as_ref());
+
+        let mut triangles = bytemuck::cast_slice(&geometry.triangles).to_vec();
+        triangles.extend_from_slice(bytemuck::cast_slice(&geometry::vertex_rows(&scene.vertices, &effects)));
+        facts.has_samplable_lights = lights.records.iter().any(|light| light.pmf > 0.0);
+        facts.triangle_count = geometry.triangles.len() as u32;
+        facts.light_count = lights.records.iter().filter(|light| light.pmf > 0.0).count() as u32;
+        facts.bvh_depth = geometry.hierarchy.depth;
+        facts.effects = effects;
+        let limit = options.binding_limit;
+        Ok(GpuScene {
+            view: bytemuck::bytes_of(&view).to_vec(),
+            bvh: bounded("nodes of the hierarchy", bytemuck::cast_slice(&geometry.hierarchy.nodes).to_vec(), limit)?,
+            triangles: bounded("triangles and vertices", triangles, limit)?,
+            tables: bounded("materials and lights", bytemuck::cast_slice(&tables.rows).to_vec(), limit)?,
+            texels: bounded("texels", bytemuck::cast_slice(&tables.texels).to_vec(), limit)?,
+            normalisation,
+            effects_wgsl: effects.wgsl(facts.bvh_depth, options.light_strategy),
+            facts,
+        })
+    }
+
+    /// All modules that the stages import: shared math, the path tracer's files, the generated records and this scene's effects.
+    pub fn program_modules(&self) -> Vec<ProgramModule> {
+        let files = wavepool_shaders::MATH.iter().chain(wavepool_shaders::PATH_TRACER);
+        let module = |module: &wavepool_shaders::Module| ProgramModule {
+            path: Cow::Borrowed(module.path),
+            file: Cow::Borrowed(module.file),
+            text: Cow::Borrowed(module.text),
+        };
+        let generated = |path: &'static str, text: String| ProgramModule {
+            path: Cow::Borrowed(path),
+            file: Cow::Owned(format!("generated {path}")),
+            text: Cow::Owned(text),
+        };
+        let mut modules: Vec<ProgramModule> = files.map(module).collect();
+        modules.push(generated("path_tracer::records", records_wgsl()));
+        modules.push(generated("path_tracer::effects", self.effects_wgsl.clone()));
+        modules
+    }
+}
+
+/// Checks a buffer's size and fills an empty one up to a row.
+fn bounded(what: &'static str, mut bytes: Vec<u8>, limit: u64) -> Result<Vec<u8>, Error> {
+    if bytes.len() as u64 > limit {
+        return Err(Error::TooLarge { what, bytes: bytes.len() as u64, limit });
+    }
+    bytes.resize(bytes.len().next_multiple_of(16).max(32), 0);
+    Ok(bytes)
+}

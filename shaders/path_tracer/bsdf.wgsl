@@ -1,0 +1,122 @@
+// What a surface does to light: a mixture of smooth glass (share `glass_share`), a reflecting interface, and Lambert below it.
+//
+// The diffuse base under the coat is rho/pi (1 - F(wo)) (1 - F(wi)) / (1 - F_avg) (Shirley et al., 1997): reciprocal, and together with a
+// smooth coat it returns all light when rho is 1. glTF's sample formula (1 - F(v.h)) returns up to twice the light at grazing angles.
+
+import package::math::disk::cosine_hemisphere;
+import package::math::fresnel::schlick_weight;
+import package::math::mis::PDF_MIN;
+import package::math::random::unit_f32;
+import package::math::vector::max_component;
+import package::path_tracer::effects::{HAS_INTERFACES, HAS_TRANSMISSION};
+import package::path_tracer::glass::{Glass, sample_glass};
+import package::path_tracer::lobe_choice::{lobe_ticks, ticks_to_probability};
+import package::path_tracer::microfacet::{Microfacets, ALPHA_MIRROR, evaluate_microfacets, microfacet_fresnel, sample_microfacets};
+
+const INVERSE_PI: f32 = 0.3183098861837907;
+
+struct Bsdf {
+    // Albedo of the base, the share of the mixture and 1 / (1 - F_avg) multiplied in.
+    diffuse: vec3f,
+    // Reflectance of the coat at normal incidence; negative without a coat.
+    coat_f0: f32,
+    // The share of the mixture multiplied in.
+    facets: Microfacets,
+    glass_share: f32,
+    glass: Glass,
+}
+
+struct BsdfValue {
+    f_cosine: vec3f,
+    pdf: f32,
+}
+
+struct BsdfSample {
+    // Local frame.
+    wi: vec3f,
+    // f cos / pdf; zero when there is no continuation.
+    weight: vec3f,
+    // 0 for a direction that nothing else can find.
+    pdf: f32,
+    eta_scale: f32,
+}
+
+// Choice of lobes for one view direction, in 65536ths: glass against the rest, the interface against the base.
+struct LobeChoice {
+    glass: u32,
+    interface_part: u32,
+}
+
+// Share of light that the coat lets through to the base.
+fn coat_transmittance(bsdf: Bsdf, cosine: f32) -> f32 {
+    if bsdf.coat_f0 < 0.0 {
+        return 1.0;
+    }
+    return (1.0 - bsdf.coat_f0) * (1.0 - schlick_weight(cosine));
+}
+
+fn is_mirror(bsdf: Bsdf) -> bool {
+    return bsdf.facets.alpha < ALPHA_MIRROR;
+}
+
+fn choose_lobes(bsdf: Bsdf, wo: vec3f) -> LobeChoice {
+    let interface_weight = select(0.0, max_component(microfacet_fresnel(bsdf.facets, wo.z)), HAS_INTERFACES);
+    let base_weight = max_component(bsdf.diffuse) * coat_transmittance(bsdf, wo.z);
+    let glass = select(0u, lobe_ticks(bsdf.glass_share, interface_weight + base_weight), HAS_TRANSMISSION);
+    return LobeChoice(glass, lobe_ticks(interface_weight, base_weight));
+}
+
+// Everything that light sampling can find, for directions above the surface.
+fn evaluate_bsdf(bsdf: Bsdf, choice: LobeChoice, wo: vec3f, wi: vec3f) -> BsdfValue {
+    if wi.z <= 0.0 {
+        return BsdfValue(vec3f(0.0), 0.0);
+    }
+    let opaque_probability = 1.0 - ticks_to_probability(choice.glass);
+    let interface_probability = ticks_to_probability(choice.interface_part);
+    let through = coat_transmittance(bsdf, wo.z) * coat_transmittance(bsdf, wi.z);
+    let cosine_pdf = wi.z * INVERSE_PI;
+    var value = BsdfValue(bsdf.diffuse * (through * cosine_pdf), (1.0 - interface_probability) * cosine_pdf);
+    if HAS_INTERFACES {
+        if choice.interface_part > 0u && !is_mirror(bsdf) {
+            let reflected = evaluate_microfacets(bsdf.facets, wo, wi);
+            value.f_cosine += reflected.f_cosine;
+            value.pdf += interface_probability * reflected.pdf;
+        }
+    }
+    value.pdf *= opaque_probability;
+    return value;
+}
+
+// `words`: x chooses the lobe, y and z the direction.
+fn sample_bsdf(bsdf: Bsdf, wo: vec3f, words: vec4u) -> BsdfSample {
+    let choice = choose_lobes(bsdf, wo);
+    let high = words.x >> 16u;
+    let low = words.x & 0xffffu;
+    if HAS_TRANSMISSION {
+        if high < choice.glass {
+            let drawn = sample_glass(bsdf.glass, wo, low);
+            let share = bsdf.glass_share / ticks_to_probability(choice.glass);
+            return BsdfSample(drawn.wi, drawn.weight * share, 0.0, drawn.eta_scale);
+        }
+    }
+    let u = vec2f(unit_f32(words.y), unit_f32(words.z));
+    var wi = vec3f(0.0);
+    if low < choice.interface_part {
+        if is_mirror(bsdf) {
+            let probability = (1.0 - ticks_to_probability(choice.glass)) * ticks_to_probability(choice.interface_part);
+            return BsdfSample(vec3f(-wo.xy, wo.z), microfacet_fresnel(bsdf.facets, wo.z) / probability, 0.0, 1.0);
+        }
+        wi = sample_microfacets(bsdf.facets, wo, u);
+    } else {
+        wi = cosine_hemisphere(u);
+        // Lambert alone needs no division: its weight is its albedo, to the last bit.
+        if choice.glass == 0u && choice.interface_part == 0u {
+            return BsdfSample(wi, bsdf.diffuse, max(wi.z * INVERSE_PI, PDF_MIN), 1.0);
+        }
+    }
+    let value = evaluate_bsdf(bsdf, choice, wo, wi);
+    if value.pdf < PDF_MIN {
+        return BsdfSample(wi, vec3f(0.0), 0.0, 1.0);
+    }
+    return BsdfSample(wi, value.f_cosine / value.pdf, value.pdf, 1.0);
+}

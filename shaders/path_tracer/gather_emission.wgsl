@@ -1,0 +1,54 @@
+// Stage: adds the light that the ray ran into, weighted against light sampling, and ends paths that left or may not scatter again.
+
+import package::math::mis::power_heuristic;
+import package::math::triangle::triangle_plane;
+import package::path_tracer::effects::{HAS_ENVIRONMENT, HAS_TRIANGLE_LIGHTS, LIGHT_STRATEGY, STRATEGY_LIGHTS, STRATEGY_MIS};
+import package::path_tracer::emission::emitted_radiance;
+import package::path_tracer::environment::environment_towards;
+import package::path_tracer::light_triangle::triangle_light_pdf;
+import package::path_tracer::path::Path;
+import package::path_tracer::records::{NONE, TRIANGLE_EMISSIVE, TRIANGLE_MATERIAL_MASK, TRIANGLE_ROWS};
+import package::path_tracer::scene_access::{load_light, load_material, load_triangle, triangles, view};
+
+// The weight of a light that was run into; `light_pdf` is what light sampling would have had, selection included.
+fn weight_of_running_into(bsdf_pdf: f32, light_pdf: f32) -> f32 {
+    if bsdf_pdf == 0.0 || light_pdf <= 0.0 {
+        return 1.0;
+    }
+    if LIGHT_STRATEGY == STRATEGY_MIS {
+        return power_heuristic(bsdf_pdf, light_pdf);
+    }
+    return select(1.0, 0.0, LIGHT_STRATEGY == STRATEGY_LIGHTS);
+}
+
+fn gather_emission(path: ptr<function, Path>) -> u32 {
+    let slot = (*path).hit_triangle;
+    if slot == NONE {
+        if HAS_ENVIRONMENT {
+            let seen = environment_towards((*path).direction);
+            let weight = weight_of_running_into((*path).bsdf_pdf, seen.pdf * view.environment_selection);
+            (*path).radiance += (*path).beta * (seen.radiance * weight);
+        }
+        return FINISH;
+    }
+    if HAS_TRIANGLE_LIGHTS {
+        if (triangles[slot * TRIANGLE_ROWS + 1u].w & TRIANGLE_EMISSIVE) != 0u {
+            let triangle = load_triangle(slot);
+            let material = load_material(triangle.material & TRIANGLE_MATERIAL_MASK);
+            let e1 = triangle.v1 - triangle.v0;
+            let e2 = triangle.v2 - triangle.v0;
+            let plane = triangle_plane(e1, e2).normal;
+            let barycentrics = (*path).hit_barycentrics;
+            let is_front = dot(plane, (*path).direction) <= 0.0;
+            let radiance = emitted_radiance(triangle, material, barycentrics, is_front);
+            var light_pdf = 0.0;
+            if triangle.light != NONE {
+                let light = load_light(triangle.light);
+                let offset = triangle.v0 + barycentrics.x * e1 + barycentrics.y * e2 - (*path).origin;
+                light_pdf = light.pmf * triangle_light_pdf(light.inverse_area, offset, plane);
+            }
+            (*path).radiance += (*path).beta * (radiance * weight_of_running_into((*path).bsdf_pdf, light_pdf));
+        }
+    }
+    return select(CONTINUE, FINISH, (*path).depth >= view.max_depth);
+}

@@ -1,0 +1,37 @@
+// From a material's numbers and textures to the lobes at one point.
+// Source: glTF 2.0, appendix B, with the base under the coat as bsdf.wgsl has it. Transmission is smooth: roughness widens only the
+// opaque share (the host warns where a file asks for more).
+
+import package::path_tracer::bsdf::Bsdf;
+import package::path_tracer::effects::{HAS_INTERFACES, HAS_TEXTURES};
+import package::path_tracer::glass::Glass;
+import package::path_tracer::microfacet::Microfacets;
+import package::path_tracer::records::{Material, Triangle, MATERIAL_COAT, MATERIAL_SOLID, NONE};
+import package::path_tracer::texture::{base_color_at, sample_texture, texture_coordinates};
+
+fn bsdf_at(triangle: Triangle, material: Material, barycentrics: vec2f, is_front: bool) -> Bsdf {
+    let color = base_color_at(material, triangle.vertices, barycentrics).xyz;
+    var metallic = material.metallic;
+    var roughness = material.roughness;
+    if HAS_TEXTURES {
+        if material.metallic_roughness_texture != NONE {
+            let uv = texture_coordinates(triangle.vertices, barycentrics);
+            let stored = sample_texture(material.metallic_roughness_texture, uv, false);
+            metallic *= stored.z;
+            roughness *= stored.y;
+        }
+    }
+    let dielectric = (1.0 - metallic) * (1.0 - material.transmission);
+    let glass_share = (1.0 - metallic) * material.transmission;
+    let is_solid = (material.flags & MATERIAL_SOLID) != 0u;
+    let eta = select(material.eta, 1.0 / material.eta, is_solid && !is_front);
+    let glass = Glass(color, eta, is_solid);
+    if !HAS_INTERFACES || (material.flags & MATERIAL_COAT) == 0u {
+        let metal_only = Microfacets(metallic * color, metallic, roughness * roughness);
+        return Bsdf(dielectric * color, -1.0, metal_only, glass_share, glass);
+    }
+    let facets = Microfacets(metallic * color + vec3f(dielectric * material.f0), metallic + dielectric, roughness * roughness);
+    // The cosine-weighted mean of Schlick's formula over the hemisphere.
+    let mean = material.f0 + (1.0 - material.f0) / 21.0;
+    return Bsdf(color * (dielectric / (1.0 - mean)), material.f0, facets, glass_share, glass);
+}

@@ -1,0 +1,37 @@
+// Stage: draws the direction in which the path goes on, or ends it.
+
+import package::math::mis::PDF_MIN;
+import package::math::offset::offset_point;
+import package::math::onb::{to_local, to_world};
+import package::math::vector::max_component;
+import package::path_tracer::bsdf::sample_bsdf;
+import package::path_tracer::material_bsdf::bsdf_at;
+import package::path_tracer::path::{Path, DIMENSION_BSDF, random_at};
+import package::path_tracer::records::TRIANGLE_MATERIAL_MASK;
+import package::path_tracer::scene_access::{load_material, load_triangle};
+import package::path_tracer::surface::surface_at;
+
+fn next_bounce(path: ptr<function, Path>) -> u32 {
+    let wo = -(*path).direction;
+    let triangle = load_triangle((*path).hit_triangle);
+    let material = load_material(triangle.material & TRIANGLE_MATERIAL_MASK);
+    let surface = surface_at(triangle, material, (*path).hit_barycentrics, wo);
+    let bsdf = bsdf_at(triangle, material, (*path).hit_barycentrics, surface.is_front);
+    let words = random_at((*path).pixel, (*path).sample, (*path).depth, DIMENSION_BSDF);
+    let drawn = sample_bsdf(bsdf, to_local(surface.frame, wo), words);
+    let direction = normalize(to_world(surface.frame, drawn.wi));
+
+    // Above the shading plane must be above the true one too, and below both when transmitted.
+    let beta = (*path).beta * drawn.weight;
+    let is_consistent = (drawn.wi.z > 0.0) == (dot(direction, surface.normal) > 0.0);
+    if !is_consistent || max_component(beta) < PDF_MIN {
+        return FINISH;
+    }
+    (*path).beta = beta;
+    (*path).direction = direction;
+    (*path).origin = offset_point(surface.position, surface.normal, surface.error, direction);
+    (*path).bsdf_pdf = drawn.pdf;
+    (*path).eta_scale *= drawn.eta_scale;
+    (*path).depth += 1u;
+    return CONTINUE;
+}
