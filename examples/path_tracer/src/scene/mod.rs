@@ -39,6 +39,9 @@ pub fn load(path: &Path) -> Result<Scene, Error> {
     let bytes = limits::read_file(path)?;
     let mut scene = gltf::read(path, &bytes).map_err(|fault| fault.in_file(path))?;
     scene.check().map_err(|fault| fault.in_file(path))?;
+    if scene.triangles.is_empty() {
+        scene.warnings.push(String::from("the scene shows no triangles"));
+    }
     if scene.cameras.is_empty() {
         let camera = framing::frame(scene.bounds(), 1.0);
         scene.cameras.push(camera);

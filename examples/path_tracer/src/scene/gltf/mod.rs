@@ -18,6 +18,8 @@ mod mesh;
 mod nodes;
 mod punctual;
 mod tangents;
+#[cfg(test)]
+mod tests;
 mod texture;
 mod topology;
 mod uri;
@@ -93,15 +95,16 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Scene, Fault> {
         scene: Scene { name: stem.or(scene_name).unwrap_or_default(), ..Scene::default() },
         warnings,
     };
+    // All instances are counted before the first one is made.
+    for placed in &placed {
+        reader.measure(placed).map_err(|fault| reader.explain(fault, placed))?;
+    }
     for placed in &placed {
         reader.show(placed).map_err(|fault| reader.explain(fault, placed))?;
     }
     let Reader { mut scene, textures, warnings, .. } = reader;
     scene.images = textures.images;
     scene.warnings = warnings.into_lines();
-    if scene.triangles.is_empty() {
-        scene.warnings.push(String::from("the scene shows no triangles"));
-    }
     Ok(scene)
 }
 
@@ -119,16 +122,25 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
+    /// Reads the mesh of a node and takes it off the budget.
+    fn measure(&mut self, placed: &Placed) -> Result<(), Fault> {
+        let node = &self.document.nodes[placed.node];
+        let Some(index) = node.mesh else { return Ok(()) };
+        if node.skin.is_some() {
+            self.warnings.push(format!("node {}: the skin is left out, its mesh is shown in rest pose", placed.node));
+        }
+        self.read_mesh(index)?;
+        for made in self.meshes.get(&index).into_iter().flatten() {
+            self.bake_budget.spend(made.vertices.len(), made.triangles.len())?;
+        }
+        Ok(())
+    }
+
     /// Puts what a node carries into the scene.
     fn show(&mut self, placed: &Placed) -> Result<(), Fault> {
         let node = &self.document.nodes[placed.node];
         if let Some(index) = node.mesh {
-            if node.skin.is_some() {
-                self.warnings.push(format!("node {}: the skin is left out, its mesh is shown in rest pose", placed.node));
-            }
-            self.read_mesh(index)?;
             for (primitive, made) in self.meshes.get(&index).into_iter().flatten().enumerate() {
-                self.bake_budget.spend(made.vertices.len(), made.triangles.len())?;
                 bake::bake(&mut self.scene, made, placed.world_from_node)
                     .map_err(|f| f.within(format_args!("mesh {index}, primitive {primitive}")))?;
             }
