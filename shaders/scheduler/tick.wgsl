@@ -10,8 +10,9 @@ var<workgroup> wf_retired: array<atomic<u32>, 64>;
 var<workgroup> wf_live_lanes: atomic<u32>;
 var<workgroup> wf_killed_lanes: atomic<u32>;
 var<workgroup> wf_new_lanes: atomic<u32>;
-// Blocks that receive a tile, and the queue's head: pass, position.
-var<workgroup> wf_assignment: vec3u;
+// Blocks that receive a tile, the queue's head (pass, position), and the step in which they are born. Through work-group memory, because
+// a work-group barrier says nothing about storage.
+var<workgroup> wf_assignment: vec4u;
 
 @compute @workgroup_size(256)
 fn wf_tick(@builtin(local_invocation_index) lane: u32) {
@@ -79,7 +80,7 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
             let pass_index = assignment.y + position / wf_control.tiles;
             let tile = wf_tile_at(pass_index, position % wf_control.tiles);
             let lanes = wf_tile_items(tile);
-            wf_assign(block, tile, pass_index, wf_control.step);
+            wf_assign(block, tile, pass_index, assignment.w);
             atomicStore(&wf_counters[wf_live_counter(block)], lanes);
             atomicStore(&wf_counters[wf_killed_counter(block)], 0u);
             wf_set_new_block(rank, block);
@@ -122,7 +123,8 @@ fn wf_decide(count: vec2u) {
         assigned = min(count.y, queued);
         wf_control.regenerations += 1u;
     }
-    wf_assignment = vec3u(assigned, wf_control.next_pass, wf_control.next_position);
+    let step = wf_control.step + select(0u, 1u, count.x + assigned > 0u);
+    wf_assignment = vec4u(assigned, wf_control.next_pass, wf_control.next_position, step);
     let position = wf_control.next_position + assigned;
     wf_control.next_pass += position / wf_control.tiles;
     wf_control.next_position = position % wf_control.tiles;
@@ -131,7 +133,7 @@ fn wf_decide(count: vec2u) {
     wf_control.new_blocks = assigned;
     wf_control.live_blocks = live;
     wf_control.block_steps = wf_add_64(wf_control.block_steps, live);
-    wf_control.step += select(0u, 1u, live > 0u);
+    wf_control.step = step;
     wf_write_arguments(WF_GENERATE_ARGUMENTS, assigned);
     wf_write_arguments(WF_STAGE_ARGUMENTS, live);
     wf_write_arguments(WF_RESOLVE_ARGUMENTS, resolve_tiles);

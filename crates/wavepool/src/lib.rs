@@ -4,7 +4,7 @@
 //! You write the walk as plain WGSL functions; wavepool keeps the state of a pool of lanes, refills lanes whose walk has ended, ends
 //! hopeless walks, orders the work and launches the stages. The schedule is one value, swapped without touching the stages:
 //!
-//! ```no_run
+//! ```ignore
 #![doc = include_str!("../../../examples/collatz/src/main.rs")]
 //! ```
 //!

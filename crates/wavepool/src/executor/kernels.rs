@@ -4,7 +4,6 @@ use super::resources::{Resources, binding_type};
 use crate::{
     Error, Program, Result,
     plan::{self, Launch, Plan},
-    shader::Composition,
 };
 
 /// Which buffers a kernel sees.
@@ -69,13 +68,11 @@ impl Kernels {
         device: &wgpu::Device,
         program: &Program,
         plan: &Plan,
-        stages: &Composition,
+        stages: &str,
         tick: &str,
         resolve: &str,
         resources: &Resources,
     ) -> Result<Self> {
-        // A mistake that only the whole program shows is still the user's text: parse it before the device does.
-        naga::front::wgsl::parse_str(&stages.text).map_err(|error| Error::Shader(vec![stages.parse_error(&error)]))?;
         let name = program.name();
         let stage_layout =
             scoped(device, "creating the layout of stages", || storage_layout(device, "wavepool stage", &[false, true, true, true]))?;
@@ -90,7 +87,7 @@ impl Kernels {
                 })
             })
         };
-        let stage_module = module("stages", &stages.text)?;
+        let stage_module = module("stages", stages)?;
         let tick_module = module("tick", tick)?;
         let resolve_module = module("resolve", resolve)?;
 

@@ -102,7 +102,7 @@ impl Scheduler {
             let progress = Progress {
                 passes_done: snapshot.control.resolved,
                 passes: head.passes,
-                items_started: counter_64(snapshot.control.items_started),
+                items_started: self.items_started(&snapshot.control),
                 elapsed: begun.elapsed(),
             };
             stopped |= observe(&progress).is_break() || snapshot.control.resolved == head.passes;
@@ -173,6 +173,14 @@ impl Scheduler {
         }
     }
 
+    /// The megakernel counts whole passes.
+    fn items_started(&self, control: &Control) -> u64 {
+        match self.schedule.execution {
+            Execution::Megakernel => u64::from(control.resolved) * u64::from(self.source.pixels()),
+            Execution::Wavefront => counter_64(control.items_started),
+        }
+    }
+
     fn report(&self, sizes: &Sizes, snapshot: &Snapshot, submissions: u32, elapsed: Duration) -> Report {
         let control = &snapshot.control;
         let steps = u64::from(control.step);
@@ -185,11 +193,7 @@ impl Scheduler {
             regenerations: control.regenerations,
             block_steps: counter_64(control.block_steps),
             lane_steps: counter_64(control.lane_steps),
-            items_started: if is_mega {
-                u64::from(control.resolved) * u64::from(self.source.pixels())
-            } else {
-                counter_64(control.items_started)
-            },
+            items_started: self.items_started(control),
             items_killed: counter_64(control.items_killed) + u64::from(snapshot.counters[counters::KILLED as usize]),
             not_finite: u64::from(snapshot.counters[counters::NOT_FINITE as usize]),
             passes: control.resolved,

@@ -6,11 +6,11 @@
 use std::borrow::Cow;
 
 use crate::{
-    Result,
+    Result, Schedule,
     error::Error,
     layout::{Layout, lay_out},
     policy::{ImageTiles, WorkSource},
-    shader::{Composition, Diagnostic, Interface, SourceModule, Summary, compose, header, inspect},
+    shader::{Composition, Diagnostic, Interface, SourceModule, Summary, compose, header, inspect, link},
 };
 
 /// The names of the contract's functions.
@@ -124,6 +124,15 @@ impl Program {
             .collect();
         lines.dedup();
         lines
+    }
+
+    /// The WGSL that a schedule makes of this program, by name: `stages`, `tick`, `resolve`. For reading; it needs no device.
+    ///
+    /// # Errors
+    /// [`Error::Shader`] when a policy's WGSL and the program's do not go together.
+    pub fn wgsl(&self, source: &dyn WorkSource, schedule: &Schedule) -> Result<[(&'static str, String); 3]> {
+        let linked = link(self, source, schedule)?;
+        Ok([("stages", linked.stages.text), ("tick", linked.tick), ("resolve", linked.resolve)])
     }
 
     /// The program's text behind the declarations for `source`, as far as it does not depend on the schedule.

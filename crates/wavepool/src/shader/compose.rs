@@ -8,6 +8,8 @@
 
 use std::{borrow::Cow, collections::HashMap, ops::Range};
 
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+
 use super::{Diagnostic, scan};
 
 /// One WGSL file of a program.
@@ -89,15 +91,22 @@ impl Composition {
         })
     }
 
+    /// The text as naga understands it.
+    pub(crate) fn parse(&self) -> Result<naga::Module, Diagnostic> {
+        let module = naga::front::wgsl::parse_str(&self.text).map_err(|error| self.parse_error(&error))?;
+        Validator::new(ValidationFlags::all(), Capabilities::all()).validate(&module).map_err(|error| self.validation_error(&error))?;
+        Ok(module)
+    }
+
     /// A parse error of naga as messages about the user's files.
-    pub(crate) fn parse_error(&self, error: &naga::front::wgsl::ParseError) -> Diagnostic {
+    fn parse_error(&self, error: &naga::front::wgsl::ParseError) -> Diagnostic {
         let notes: Vec<String> = error.notes().map(String::from).collect();
         let labels: Vec<(naga::Span, &str)> = error.labels().collect();
         self.labelled(&labels, error.message(), &notes)
     }
 
     /// A validation error of naga as a message about the user's files: the innermost cause at the narrowest place.
-    pub(crate) fn validation_error(&self, error: &naga::WithSpan<naga::valid::ValidationError>) -> Diagnostic {
+    fn validation_error(&self, error: &naga::WithSpan<naga::valid::ValidationError>) -> Diagnostic {
         let mut causes = vec![error.as_inner().to_string()];
         let mut source = std::error::Error::source(error.as_inner());
         while let Some(cause) = source {

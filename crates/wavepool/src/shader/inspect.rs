@@ -4,10 +4,7 @@
 
 use std::{collections::BTreeSet, ops::Range};
 
-use naga::{
-    AddressSpace, Block, Expression, Function, Handle, Module, Span, Statement, StorageAccess, Type, TypeInner,
-    valid::{Capabilities, ValidationFlags, Validator},
-};
+use naga::{AddressSpace, Block, Expression, Function, Handle, Module, Span, Statement, StorageAccess, Type, TypeInner};
 
 use super::{Composition, Diagnostic, Summary, analyse};
 use crate::{
@@ -65,10 +62,7 @@ struct Inspector<'a> {
 
 /// Parses, validates and inspects; the returned diagnostics are complete as far as later ones do not follow from earlier ones.
 pub(crate) fn inspect(composition: &Composition, names: &Names) -> Result<Interface, Vec<Diagnostic>> {
-    let module = naga::front::wgsl::parse_str(&composition.text).map_err(|error| vec![composition.parse_error(&error)])?;
-    Validator::new(ValidationFlags::all(), Capabilities::all())
-        .validate(&module)
-        .map_err(|error| vec![composition.validation_error(&error)])?;
+    let module = composition.parse().map_err(|diagnostic| vec![diagnostic])?;
     let item = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some("Item")).map(|(handle, _)| handle);
     let mut inspector = Inspector { module, composition, errors: Vec::new(), state: None, item };
     let interface = inspector.interface(names);

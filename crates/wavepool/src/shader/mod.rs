@@ -10,12 +10,15 @@ mod diagnostic;
 mod generate;
 mod infer;
 mod inspect;
+mod link;
 mod scan;
 
 pub use compose::SourceModule;
 pub(crate) use compose::{Composition, compose};
 pub use diagnostic::Diagnostic;
-pub(crate) use generate::{Glue, header, kernels, tick_module};
+pub(crate) use generate::header;
+use generate::{Glue, kernels, tick_module};
 pub use infer::{LeafSet, Summary};
 pub(crate) use infer::{analyse, join_alternatives, then};
 pub(crate) use inspect::{Interface, Resource, ResourceKind, inspect};
+pub(crate) use link::{Linked, link};
