@@ -2,4 +2,7 @@
 //!
 //! **Invariant:** a test that cannot run says so on one line, or fails when `WAVEPOOL_NO_SKIP=1`.
 
+pub mod border;
+pub mod device;
+pub mod programs;
 pub mod traps;

@@ -6,3 +6,5 @@
 mod diagnostics;
 #[path = "link/inference.rs"]
 mod inference;
+#[path = "link/kernels.rs"]
+mod kernels;

@@ -1,0 +1,72 @@
+//! Generated kernels: valid for every execution, and made of the user's stages, called once each.
+
+use wavepool::{
+    ImageTiles, LinearRange, Program, Schedule, naga,
+    policy::{BlockInPlace, WorkSource},
+};
+use wavepool_tests::programs;
+
+fn validate(name: &str, text: &str) -> naga::Module {
+    let module = naga::front::wgsl::parse_str(text).unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(text)));
+    // WebGPU without extensions.
+    let capabilities = naga::valid::Capabilities::empty();
+    naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities)
+        .validate(&module)
+        .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(text)));
+    module
+}
+
+fn schedules() -> Vec<(&'static str, Schedule)> {
+    vec![
+        ("never", Schedule::never()),
+        ("block", Schedule::block().with_regeneration(BlockInPlace::new(0.25, 3))),
+        ("megakernel", Schedule::megakernel()),
+        ("pins off", Schedule::megakernel().with_pins(false)),
+        ("poison", Schedule::block().with_poison(0x7fc0_0000)),
+        ("no roulette", Schedule::block().with_roulette(None)),
+    ]
+}
+
+/// Kills: a NaN written as a constant when poisoning; a kernel that needs more than WebGPU guarantees; a stage copied or called twice.
+#[test]
+fn every_execution_of_every_program_is_valid() {
+    let programs: Vec<Program> = programs::all().iter().map(|build| build()).collect();
+    let sources: [&dyn WorkSource; 2] = [&ImageTiles { width: 40, height: 56 }, &LinearRange { count: 1000 }];
+    for program in &programs {
+        for (name, schedule) in schedules() {
+            for source in sources {
+                let modules = program.wgsl(source, &schedule).unwrap_or_else(|error| panic!("{} {name}: {error}", program.name()));
+                for (part, text) in &modules {
+                    let module = validate(&format!("{} {name} {part}", program.name()), text);
+                    assert!(!module.entry_points.is_empty());
+                    for entry in &module.entry_points {
+                        assert!(entry.workgroup_size.iter().product::<u32>() <= 256);
+                    }
+                    let storage = |variable: &naga::GlobalVariable| {
+                        matches!(variable.space, naga::AddressSpace::Storage { .. }) && variable.binding.is_some_and(|binding| binding.group == 0)
+                    };
+                    assert!(module.global_variables.iter().filter(|(_, variable)| storage(variable)).count() <= 4);
+                }
+                for stage in program.stages() {
+                    let calls = modules[0].1.matches(&format!("{stage}(&wf_state)")).count();
+                    assert_eq!(calls, 1, "{} {name}: `{stage}` is called {calls} times", program.name());
+                }
+            }
+        }
+    }
+}
+
+/// Kills: an execution that asks for planes it does not use, or pins that stay when switched off.
+#[test]
+fn what_is_switched_off_has_no_code() {
+    let program = programs::hops();
+    let source = LinearRange { count: 1 };
+    let stages = |schedule: &Schedule| program.wgsl(&source, schedule).expect("valid")[0].1.clone();
+    assert!(!stages(&Schedule::megakernel()).contains("wf_bank["));
+    assert!(!stages(&Schedule::block()).contains("wf_megakernel"));
+    assert!(!stages(&Schedule::block().with_roulette(None)).contains("wf_inverse_survival"));
+    assert!(stages(&Schedule::block()).contains("^ zero"));
+    assert!(!stages(&Schedule::block().with_pins(false)).contains("^ zero"));
+    assert!(!stages(&Schedule::block()).contains("0xdeadbeef"));
+    assert!(stages(&Schedule::block().with_poison(0xdead_beef)).contains("0xdeadbeef"));
+}
