@@ -15,7 +15,6 @@ use crate::{
 
 /// What to render besides the scene.
 #[derive(Clone, Debug)]
-#[non_exhaustive]
 pub struct Settings {
     /// Pixels.
     pub width: u32,

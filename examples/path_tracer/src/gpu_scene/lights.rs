@@ -1,7 +1,8 @@
 //! Everything that light sampling can pick, with its probability.
 //!
-//! Key decision: one alias table over emissive triangles, punctual lights and the panorama, by power. A light is never less probable than
-//! 2^-24 of the whole, so that none is lost to the rounding of its neighbours.
+//! Key decision: one alias table over emissive triangles, punctual lights and the panorama. Each of these three kinds gets the same share,
+//! and within a kind the share goes by power: how much of the panorama's power enters a room, its power does not tell. A light is never
+//! less probable than 2^-24 of the whole, so that none is lost to the rounding of its neighbours.
 //!
 //! **Invariant:** the probability stored with a light is the one its draw realises; a light without power is not in the table.
 
@@ -29,6 +30,17 @@ pub(crate) struct Lights {
     /// Probability of the panorama.
     pub(crate) environment_selection: f32,
     pub(crate) has_triangles: bool,
+}
+
+/// Scales the weights so that every kind of light that is there has the same sum.
+fn balance(records: &[LightRecord], weights: &mut [f64]) {
+    for kind in [light_kinds::TRIANGLE, light_kinds::PUNCTUAL, light_kinds::ENVIRONMENT] {
+        let of_kind = || records.iter().zip(0..).filter(|(record, _)| record.kind == kind).map(|(_, index)| index);
+        let sum: f64 = of_kind().map(|index: usize| weights[index]).sum();
+        if sum > 0.0 {
+            of_kind().for_each(|index| weights[index] /= sum);
+        }
+    }
 }
 
 /// Collects the lights and tells every emissive triangle its entry.
@@ -67,6 +79,7 @@ pub(crate) fn pack(
             weights.push(power);
         }
     }
+    balance(&lights.records, &mut weights);
     let floor = weights.iter().sum::<f64>() * FLOOR;
     weights.iter_mut().for_each(|weight| *weight = weight.max(floor));
     if let Some(alias) = AliasTable::new(&weights) {
