@@ -19,13 +19,20 @@ fn next_bounce(path: ptr<function, Path>) -> u32 {
     let bsdf = bsdf_at(triangle, material, (*path).hit_barycentrics, surface.is_front);
     let words = random_at((*path).pixel, (*path).sample, (*path).depth, DIMENSION_BSDF);
     let drawn = sample_bsdf(bsdf, to_local(surface.frame, wo), words);
-    let direction = normalize(to_world(surface.frame, drawn.wi));
-
-    // Above the shading plane must be above the true one too, and below both when transmitted.
+    var direction = normalize(to_world(surface.frame, drawn.wi));
     let beta = (*path).beta * drawn.weight;
-    let is_consistent = (drawn.wi.z > 0.0) == (dot(direction, surface.normal) > 0.0);
-    if !is_consistent || max_component(beta) < PDF_MIN {
+    if max_component(beta) < PDF_MIN {
         return FINISH;
+    }
+
+    // Above the shading plane must be above the true one too, and below both when transmitted. A direction that was drawn with a density
+    // ends here; one of a mirror or of glass has none and is bent to the right side instead, so that no light is lost.
+    let height = dot(direction, surface.normal);
+    if (drawn.wi.z > 0.0) != (height > 0.0) {
+        if drawn.pdf > 0.0 {
+            return FINISH;
+        }
+        direction -= 2.0 * height * surface.normal;
     }
     (*path).beta = beta;
     (*path).direction = direction;

@@ -9,16 +9,18 @@ use std::ops::ControlFlow;
 use glam::{Mat4, Vec3, Vec4};
 use path_tracer::{
     Renderer, Settings,
-    scene::{Camera, Environment, Material, Projection, Scene, shapes},
+    scene::{Camera, Environment, Material, Projection, Scene, Vertex, shapes},
     wavepool::Schedule,
 };
 
 /// Looks from `eye` towards `target`, parallel, `half_height` metres of it.
 fn parallel_camera(eye: Vec3, target: Vec3, half_height: f32) -> Camera {
-    let up = if (target - eye).normalize().y.abs() > 0.9 { Vec3::Z } else { Vec3::Y };
+    let back = (eye - target).normalize();
+    let up = if back.y.abs() > 0.9 { Vec3::Z } else { Vec3::Y };
+    let right = up.cross(back).normalize();
     Camera {
         name: "test".into(),
-        world_from_camera: Mat4::look_at_rh(eye, target, up).inverse(),
+        world_from_camera: Mat4::from_cols(right.extend(0.0), back.cross(right).extend(0.0), back.extend(0.0), eye.extend(1.0)),
         projection: Projection::Orthographic { half_height },
     }
 }
@@ -33,9 +35,21 @@ fn metal(reflectance: f32, roughness: f32, emission: f32) -> Material {
     Material { base_color, metallic: 1.0, roughness, emissive: Vec3::splat(emission), ..Material::default() }
 }
 
+/// A sphere whose normals are those of its facets: interpolated normals and flat facets disagree, which costs light.
+fn faceted_sphere(scene: &mut Scene) {
+    shapes::icosphere(scene, Vec3::ZERO, 1.0, 3, 0);
+    let vertices = std::mem::take(&mut scene.vertices);
+    for triangle in &mut scene.triangles {
+        let corners = triangle.vertices.map(|index| vertices[index as usize]);
+        let normal = (corners[1].position - corners[0].position).cross(corners[2].position - corners[0].position).normalize();
+        triangle.vertices = [0, 1, 2].map(|corner| scene.vertices.len() as u32 + corner);
+        scene.vertices.extend(corners.map(|vertex| Vertex { normal, ..vertex }));
+    }
+}
+
 /// The green channel of every pixel of a small image.
 fn pixels(scene: &Scene, camera: Camera, side: u32, samples: u32, depth: u32, schedule: &str) -> Option<Vec<f64>> {
-    let gpu = wavepool_tests::gpu()?;
+    let gpu = wavepool_tests::device::gpu()?;
     let mut settings = Settings::new(side, side, samples);
     settings.depth = depth;
     settings.camera = Some(camera);
@@ -65,8 +79,8 @@ fn assert_mean(what: &str, pixels: &[f64], truth: f64, resolution: f64) {
 #[test]
 fn white_furnace() {
     let mut scene = Scene { materials: vec![lambert(1.0, 0.0)], environment: Some(Environment::constant([1.0; 3])), ..Scene::default() };
-    shapes::icosphere(&mut scene, Vec3::ZERO, 1.0, 3, 0);
-    let Some(seen) = pixels(&scene, parallel_camera(Vec3::Z * 3.0, Vec3::ZERO, 0.6), 32, 64, 4, "block,roulette=none") else { return };
+    faceted_sphere(&mut scene);
+    let Some(seen) = pixels(&scene, parallel_camera(Vec3::Z * 3.0, Vec3::ZERO, 0.6), 32, 128, 4, "block,roulette=none") else { return };
     assert_mean("Lambert sphere of albedo 1 under radiance 1", &seen, 1.0, 0.02);
 }
 
@@ -78,10 +92,12 @@ fn glass_sphere_in_a_furnace_is_invisible() {
     shapes::icosphere(&mut scene, Vec3::ZERO, 1.0, 3, 0);
     let camera = parallel_camera(Vec3::Z * 3.0, Vec3::ZERO, 1.2);
     let Some(seen) = pixels(&scene, camera, 32, 16, 64, "block,roulette=none") else { return };
-    // No randomness is left: every path carries exactly the radiance it meets, up to 64 multiplications.
+    // Every path carries the radiance it meets, except that reflecting or not is drawn in 65536ths: 2^-17 of the whole against a
+    // reflectance of at least 0.04, a few times per path.
     for (pixel, value) in seen.iter().enumerate() {
-        assert!((value - 1.0).abs() < 1e-5, "pixel {pixel}: {value}");
+        assert!((value - 1.0).abs() < 1e-3, "pixel {pixel}: {value}");
     }
+    assert_mean("glass sphere under radiance 1", &seen, 1.0, 1e-4);
 }
 
 /// Kills: a depth limit off by one, a product of throughputs kept in half precision, an offset that leaves the axis.
@@ -113,10 +129,10 @@ fn closed_room_of_uniform_walls() {
         let mut scene = Scene { materials: vec![lambert(albedo, emission)], ..Scene::default() };
         shapes::room(&mut scene, Vec3::new(-1.0, -1.5, -2.0), Vec3::new(1.0, 1.5, 2.0), [0; 6]);
         let camera = parallel_camera(Vec3::new(0.1, 0.2, 1.0), Vec3::new(0.3, -0.1, -2.0), 0.7);
-        let Some(seen) = pixels(&scene, camera, 32, 64, depth, schedule) else { return };
+        let Some(seen) = pixels(&scene, camera, 48, 64, depth, schedule) else { return };
         let rho = f64::from(albedo);
         let truth = f64::from(emission) * (1.0 - rho.powi(depth.min(900) as i32 + 1)) / (1.0 - rho);
-        assert_mean(&format!("Le/(1-rho) under {schedule}"), &seen, truth, 0.02);
+        assert_mean(&format!("Le/(1-rho) under {schedule}"), &seen, truth, 0.01);
     }
 }
 
@@ -178,7 +194,7 @@ fn single_scattering_of_rough_metal() {
         };
         shapes::quad(&mut scene, Vec3::new(-1.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0, 0);
         let camera = parallel_camera(Vec3::Y, Vec3::ZERO, 0.3);
-        let Some(seen) = pixels(&scene, camera, 32, 64, 1, "block,roulette=none") else { return };
+        let Some(seen) = pixels(&scene, camera, 48, 256, 1, "block,roulette=none") else { return };
         assert_mean(&format!("rough metal, alpha {alpha}"), &seen, truth, 0.02);
     }
 }
