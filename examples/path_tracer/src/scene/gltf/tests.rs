@@ -105,6 +105,7 @@ fn instances_are_capped() {
     rest.push_str(r#""accessors":[{"componentType":5126,"type":"VEC3","count":999999}],"nodes":["#);
     rest.push_str(&vec![r#"{"mesh":0}"#; 40].join(","));
     rest.push(']');
-    let text = file(&[], &[], &rest).unwrap_err();
+    // Only the size is kept, because a failure would print a scene of gigabytes.
+    let text = file(&[], &[], &rest).map(|scene| scene.vertices.len()).unwrap_err();
     assert!(text.contains("so many vertices is not supported"), "{text}");
 }
