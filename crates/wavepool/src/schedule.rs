@@ -100,20 +100,15 @@ impl Schedule {
 }
 
 impl fmt::Display for Schedule {
+    /// As [`FromStr`] reads it, all policies spelled out.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.execution {
             Execution::Megakernel => f.write_str("megakernel")?,
-            Execution::Wavefront => write!(f, "{}", self.regeneration.name())?,
+            Execution::Wavefront => f.write_str(&self.regeneration.spec())?,
         }
-        // Every policy prints its settings through Debug; names alone would hide them.
-        if self.execution == Execution::Wavefront {
-            write!(f, " [{:?}]", self.regeneration)?;
-        }
-        write!(f, ", order {}, roulette {}", self.order.name(), self.roulette.as_ref().map_or("none", |roulette| roulette.name()))?;
-        if !self.pins {
-            f.write_str(", pins off")?;
-        }
-        Ok(())
+        let roulette = self.roulette.as_ref().map_or("none", |roulette| roulette.name());
+        write!(f, ",order={},roulette={roulette}", self.order.name())?;
+        if self.pins { Ok(()) } else { f.write_str(",pins=off") }
     }
 }
 
@@ -191,6 +186,16 @@ mod tests {
             assert!(message.contains(expected), "{text}: {message}");
         }
         assert!("block, threshold=0.25, check_every=1, order=scanline, roulette=none".parse::<Schedule>().is_ok());
+    }
+
+    /// Kills: a printed schedule that is another one when it is typed in again.
+    #[test]
+    fn a_printed_schedule_can_be_read() {
+        for text in ["never", "block", "megakernel", "block,threshold=0.25,check_every=3,roulette=none", "never,pins=off"] {
+            let printed = text.parse::<Schedule>().expect(text).to_string();
+            assert_eq!(printed.parse::<Schedule>().expect(&printed).to_string(), printed);
+        }
+        assert_eq!(Schedule::block().to_string(), "block,threshold=0.5,check_every=2,order=scanline,roulette=lane");
     }
 
     /// Kills: a device face whose constants are not those of the host face.

@@ -14,6 +14,11 @@ pub trait Regeneration: Debug + Send + Sync {
     /// One word, as in `--schedule`.
     fn name(&self) -> &str;
 
+    /// The name with its settings, as in `--schedule`.
+    fn spec(&self) -> String {
+        self.name().to_owned()
+    }
+
     /// WGSL that declares `fn wf_regenerate(live: u32, dead: u32, step: u32) -> bool`: blocks that live, blocks that do not, steps
     /// done so far.
     fn wgsl(&self) -> String;
@@ -77,6 +82,10 @@ impl Default for BlockInPlace {
 impl Regeneration for BlockInPlace {
     fn name(&self) -> &str {
         "block"
+    }
+
+    fn spec(&self) -> String {
+        format!("block,threshold={},check_every={}", self.threshold(), self.check_every)
     }
 
     fn wgsl(&self) -> String {
