@@ -108,16 +108,17 @@ pub(crate) fn kernels(glue: &Glue) -> String {
     out
 }
 
-/// Passes every float through an integer xor with a zero the compiler cannot see: no algebra crosses it.
+/// Passes every leaf through an integer `or` with a zero that the compiler cannot see: no algebra crosses it. Not `xor`: a leaf that
+/// two pins touch without a use between them would come out bare, since `x ^ z ^ z` is `x` (lavapipe does see that). Integers too:
+/// a float may travel as its bits.
 fn pin(glue: &Glue, out: &mut String) {
-    out.push_str("fn wf_pin_f32(x: f32) -> f32 { return ");
-    out.push_str(if glue.pins { "bitcast<f32>(bitcast<u32>(x) ^ wf_control.opaque_zero); }\n" } else { "x; }\n" });
+    let word = |scalar, expression: &str| from_word(scalar, &format!("({} | wf_control.opaque_zero)", to_word(scalar, expression)));
+    let pinned = if glue.pins { word(Scalar::F32, "x") } else { "x".into() };
+    let _ = writeln!(out, "fn wf_pin_f32(x: f32) -> f32 {{ return {pinned}; }}");
     let _ = writeln!(out, "fn wf_pin(wf_state: ptr<function, {}>) {{", glue.interface.state);
-    if glue.pins {
-        out.push_str("    let zero = wf_control.opaque_zero;\n");
-        for leaf in glue.interface.leaves.iter().filter(|leaf| leaf.scalar == Scalar::F32) {
-            let _ = writeln!(out, "    (*wf_state){0} = bitcast<f32>(bitcast<u32>((*wf_state){0}) ^ zero);", leaf.path);
-        }
+    for leaf in glue.interface.leaves.iter().filter(|_| glue.pins) {
+        let place = format!("(*wf_state){}", leaf.path);
+        let _ = writeln!(out, "    {place} = {};", word(leaf.scalar, &place));
     }
     out.push_str("}\n");
 }
