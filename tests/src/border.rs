@@ -48,7 +48,9 @@ pub const PATTERNS: &[Pattern] = &[
 
 /// The pattern behind a leaf of the result.
 pub fn leaf_name(leaf: usize) -> &'static str {
-    PATTERNS.get(leaf).map_or(["generate: x*0.1|*10", "finish: x*0.1|*10"][leaf.saturating_sub(PATTERNS.len()).min(1)], |pattern| pattern.name)
+    PATTERNS
+        .get(leaf)
+        .map_or(["generate: x*0.1|*10", "finish: x*0.1|*10"][leaf.saturating_sub(PATTERNS.len()).min(1)], |pattern| pattern.name)
 }
 
 /// Three stages that do all patterns at once.

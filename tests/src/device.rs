@@ -3,11 +3,7 @@
 //! Key decision: the Vulkan loader chooses drivers when an instance is made, by environment variables; a process cannot change its mind.
 //! So the second driver gets a second process: the test binary runs itself.
 
-use std::{
-    path::PathBuf,
-    process::Command,
-    sync::OnceLock,
-};
+use std::{path::PathBuf, process::Command, sync::OnceLock};
 
 use wavepool::{Film, GpuContext, Program, Report, Schedule, Scheduler, policy::WorkSource};
 
@@ -79,7 +75,6 @@ pub fn run_again_on_swiftshader(this: &str) {
     assert!(output.status.success(), "the second driver fails: {}", output.status);
     assert!(text.contains("SwiftShader"), "another driver answered");
 }
-
 
 /// Runs a program once; failures name the program and the schedule.
 ///

@@ -158,5 +158,5 @@ fn finish(p: ptr<function, State>) -> u32 {{
         traps::STATE.replace("n: u32,", "n: u32, rounds: u32,"),
         trap.wgsl
     );
-    build("trap", wgsl, &["probe", "end"])
+    build(&format!("trap: {}", trap.name), wgsl, &["probe", "end"])
 }

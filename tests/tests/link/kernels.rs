@@ -43,7 +43,8 @@ fn every_execution_of_every_program_is_valid() {
                         assert!(entry.workgroup_size.iter().product::<u32>() <= 256);
                     }
                     let storage = |variable: &naga::GlobalVariable| {
-                        matches!(variable.space, naga::AddressSpace::Storage { .. }) && variable.binding.is_some_and(|binding| binding.group == 0)
+                        matches!(variable.space, naga::AddressSpace::Storage { .. })
+                            && variable.binding.is_some_and(|binding| binding.group == 0)
                     };
                     assert!(module.global_variables.iter().filter(|(_, variable)| storage(variable)).count() <= 4);
                 }
@@ -65,8 +66,8 @@ fn what_is_switched_off_has_no_code() {
     assert!(!stages(&Schedule::megakernel()).contains("wf_bank["));
     assert!(!stages(&Schedule::block()).contains("wf_megakernel"));
     assert!(!stages(&Schedule::block().with_roulette(None)).contains("wf_inverse_survival"));
-    assert!(stages(&Schedule::block()).contains("^ zero"));
-    assert!(!stages(&Schedule::block().with_pins(false)).contains("^ zero"));
+    assert!(stages(&Schedule::block()).contains("| wf_control.opaque_zero"));
+    assert!(!stages(&Schedule::block().with_pins(false)).contains("| wf_control.opaque_zero"));
     assert!(!stages(&Schedule::block()).contains("0xdeadbeef"));
     assert!(stages(&Schedule::block().with_poison(0xdead_beef)).contains("0xdeadbeef"));
 }

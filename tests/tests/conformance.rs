@@ -1,0 +1,23 @@
+//! Every schedule gives the same bits, on every driver at hand; and the ledger balances at every size.
+//!
+//! Key decision: identity is compared by `Film::hash` over raw sums and sample counts, and every comparison also asserts that the
+//! schedules did something different; an identity between equal schedules proves nothing.
+
+#[path = "conformance/identity.rs"]
+mod identity;
+#[path = "conformance/pins.rs"]
+mod pins;
+#[path = "conformance/poison.rs"]
+mod poison;
+#[path = "conformance/roulette.rs"]
+mod roulette;
+#[path = "conformance/scenes.rs"]
+mod scenes;
+#[path = "conformance/sizes.rs"]
+mod sizes;
+
+/// Kills: whatever holds on one vendor's driver only.
+#[test]
+fn second_driver_agrees_with_itself() {
+    wavepool_tests::device::run_again_on_swiftshader("second_driver_agrees_with_itself");
+}

@@ -1,0 +1,144 @@
+//! The same film from every schedule.
+
+use wavepool::{
+    Film, ImageTiles, LinearRange, Program, Report, Schedule,
+    policy::{BlockInPlace, WorkSource},
+};
+use wavepool_tests::{
+    device::{gpu, run},
+    programs::{collatz, collatz_steps, hops},
+};
+
+/// What must differ between the schedules of a comparison.
+fn fingerprint(report: &Report) -> (u64, u64, u32, u64) {
+    (report.steps, report.launches, report.regenerations, report.block_steps)
+}
+
+fn schedules() -> Vec<(String, Schedule)> {
+    let mut all = vec![("never".to_owned(), Schedule::never()), ("never, small pool".to_owned(), Schedule::never().with_pool_blocks(3))];
+    for pool in [1, 4, 500] {
+        all.push((format!("block, {pool} blocks"), Schedule::block().with_pool_blocks(pool)));
+    }
+    for threshold in [0.0, 0.25, 0.5, 2.0] {
+        let schedule = Schedule::block().with_regeneration(BlockInPlace::new(threshold, 1)).with_pool_blocks(4);
+        all.push((format!("block, threshold {threshold}"), schedule));
+    }
+    for check_every in [1, 2, 3] {
+        let schedule = Schedule::block().with_regeneration(BlockInPlace::new(0.25, check_every)).with_pool_blocks(6);
+        all.push((format!("block, every {check_every}"), schedule));
+    }
+    all.push(("megakernel".to_owned(), Schedule::megakernel()));
+    all.push(("megakernel, small launches".to_owned(), Schedule::megakernel().with_pool_blocks(2)));
+    all
+}
+
+/// Runs everything, asserts one hash and many fingerprints, returns the film.
+fn compare(program: &Program, source: impl WorkSource + Copy + 'static, passes: u32) -> Option<Film> {
+    let gpu = gpu()?;
+    let mut films: Vec<(String, Film, Report)> = Vec::new();
+    for (name, schedule) in schedules() {
+        let (film, report) = run(gpu, program, source, passes, &schedule);
+        assert!(film.samples().iter().all(|samples| *samples == passes), "{name}: samples are missing");
+        assert_eq!(report.items_started, u64::from(source.pixels()) * u64::from(passes), "{name}: items started");
+        films.push((name, film, report));
+    }
+    let (first, film, _) = &films[0];
+    for (name, other, _) in &films[1..] {
+        if other.hash() != film.hash() {
+            let pixel =
+                (0..film.pixels()).find(|&pixel| (0..film.leaves().len()).any(|leaf| film.sum(pixel, leaf) != other.sum(pixel, leaf)));
+            panic!("{}: `{first}` and `{name}` differ, first in pixel {pixel:?}", program.name());
+        }
+    }
+    let report = |wanted: &str| films.iter().find(|(name, ..)| name == wanted).map(|(.., report)| report).expect("a schedule of the list");
+    let mut fingerprints: Vec<_> = films.iter().map(|(.., report)| fingerprint(report)).collect();
+    fingerprints.sort_unstable();
+    fingerprints.dedup();
+    assert!(fingerprints.len() + 3 >= films.len(), "the schedules hardly differ: {fingerprints:?}");
+    assert!(report("block, 4 blocks").regenerations > 1 && report("block, 1 blocks").regenerations > 1);
+    assert!(report("block, threshold 0").regenerations > report("block, threshold 2").regenerations);
+    assert!(report("block, every 1").regenerations >= report("block, every 3").regenerations);
+    assert!(report("never").steps < report("never, small pool").steps);
+    assert!(report("megakernel").launches < report("megakernel, small launches").launches);
+    assert!(report("megakernel").state_bytes == 0 && report("never").state_bytes > 0);
+    films.into_iter().next().map(|(_, film, _)| film)
+}
+
+/// Kills: a lane that walks on with the number of another; a pass resolved before its last tile; a pool that loses its last block.
+#[test]
+fn collatz_is_exact_under_every_schedule() {
+    let Some(film) = compare(&collatz(), LinearRange { count: 2900 }, 3) else { return };
+    for pixel in 0..film.pixels() {
+        assert_eq!(film.sum(pixel, 0) as u64, 3 * collatz_steps(pixel as u64 + 1), "number {}", pixel + 1);
+    }
+}
+
+/// Kills: random numbers or roulette keyed by lane, block or step of the run; algebra across stages; leaves that survive from the tile
+/// that had the block before; items outside of partial tiles.
+#[test]
+fn flights_have_the_same_bits_under_every_schedule() {
+    let Some(film) = compare(&hops(), ImageTiles { width: 40, height: 56 }, 5) else { return };
+    let mean = (0..film.pixels()).map(|pixel| film.mean(pixel, 0) + film.mean(pixel, 1)).sum::<f64>() / film.pixels() as f64;
+    assert!(film.not_finite() == 0 && (0.5..5.0).contains(&mean), "mean {mean}");
+}
+
+/// Kills: a scheduler that starts with what the run before has left; a seed that changes nothing, or changes what it must not.
+#[test]
+fn a_scheduler_runs_twice_alike_and_obeys_its_seed() {
+    let Some(gpu) = gpu() else { return };
+    let source = ImageTiles { width: 33, height: 20 };
+    for schedule in [Schedule::block().with_pool_blocks(4), Schedule::megakernel().with_pool_blocks(2)] {
+        let mut scheduler = wavepool_tests::device::scheduler(gpu, &hops(), source, &schedule);
+        let mut hash = |passes: u32| scheduler.run(passes).map(|(film, _)| film.hash()).unwrap_or_else(|error| panic!("{error}"));
+        let first = hash(3);
+        let (other, again) = (hash(2), hash(3));
+        assert_eq!(first, again, "{schedule}");
+        assert_ne!(first, other, "{schedule}");
+        scheduler.set_seed(1);
+        let reseeded = scheduler.run(3).expect("runs").0.hash();
+        assert_ne!(reseeded, first, "{schedule}: the seed does not reach the roulette");
+        scheduler.set_seed(0);
+        assert_eq!(scheduler.run(3).expect("runs").0.hash(), first, "{schedule}");
+    }
+}
+
+/// Kills: samples numbered from zero in every run: two halves would not make the whole.
+#[test]
+fn a_run_can_begin_at_any_sample() {
+    let Some(gpu) = gpu() else { return };
+    let program = wavepool_tests::programs::identity_sum();
+    for schedule in [Schedule::block().with_pool_blocks(2), Schedule::megakernel()] {
+        let mut scheduler = wavepool_tests::device::scheduler(gpu, &program, LinearRange { count: 300 }, &schedule);
+        let (film, report) = scheduler.run_with(7, 4, |_| std::ops::ControlFlow::Continue(())).expect("runs");
+        assert_eq!(report.passes, 4);
+        for pixel in 0..300 {
+            assert_eq!(film.sum(pixel, 3), f64::from(7 + 8 + 9 + 10));
+            assert_eq!(film.sum(pixel, 2), 4.0 * pixel as f64);
+        }
+    }
+}
+
+/// Kills: a run that cannot be stopped, that stops with unequal sample counts, or whose film is not that of the passes it tells.
+#[test]
+fn a_stopped_run_keeps_whole_passes() {
+    let Some(gpu) = gpu() else { return };
+    let source = ImageTiles { width: 64, height: 48 };
+    let program = hops();
+    let asked = 2000;
+    for schedule in [Schedule::block().with_pool_blocks(5), Schedule::never().with_pool_blocks(7), Schedule::megakernel()] {
+        let mut scheduler = wavepool_tests::device::scheduler(gpu, &program, source, &schedule);
+        let mut seen = 0;
+        let (film, report) = scheduler
+            .run_with(0, asked, |progress| {
+                seen = progress.passes_done;
+                assert_eq!(progress.passes, asked);
+                if progress.passes_done >= 2 { std::ops::ControlFlow::Break(()) } else { std::ops::ControlFlow::Continue(()) }
+            })
+            .unwrap_or_else(|error| panic!("{schedule}: {error}"));
+        assert!(report.passes >= 2 && report.passes < asked, "{schedule}: {} passes", report.passes);
+        assert!(report.passes >= seen);
+        assert!(film.samples().iter().all(|samples| *samples == report.passes), "{schedule}");
+        let (whole, _) = scheduler.run(report.passes).expect("runs");
+        assert_eq!(whole.hash(), film.hash(), "{schedule}: a stopped run of {} passes is not a whole one", report.passes);
+    }
+}
