@@ -4,11 +4,12 @@
 //! errors of the truth (family error below 1e-6 per test), and the standard error must be small enough to have seen the planted fault;
 //! both come from the pixels themselves, which are independent samples of the same number.
 
-use std::ops::ControlFlow;
+use std::{f64::consts::PI, ops::ControlFlow};
 
 use glam::{Mat4, Vec3, Vec4};
 use path_tracer::{
     Renderer, Settings,
+    gpu_scene::LightStrategy,
     scene::{Camera, Environment, Material, Projection, Scene, Vertex, shapes},
     wavepool::Schedule,
 };
@@ -49,11 +50,13 @@ fn faceted_sphere(scene: &mut Scene) {
 
 /// The green channel of every pixel of a small image.
 fn pixels(scene: &Scene, camera: Camera, side: u32, samples: u32, depth: u32, schedule: &str) -> Option<Vec<f64>> {
+    let schedule = schedule.parse::<Schedule>().expect("a valid schedule");
+    render(scene, Settings { depth, schedule, camera: Some(camera), ..Settings::new(side, side, samples) })
+}
+
+fn render(scene: &Scene, mut settings: Settings) -> Option<Vec<f64>> {
     let gpu = wavepool_tests::device::gpu()?;
-    let mut settings = Settings::new(side, side, samples);
-    settings.depth = depth;
-    settings.camera = Some(camera);
-    settings.schedule = schedule.parse::<Schedule>().expect("a valid schedule").with_pool_blocks(16);
+    settings.schedule.pool_blocks = Some(16);
     let mut scene = scene.clone();
     scene.validate().expect("a valid scene");
     let mut renderer = Renderer::new(gpu, &scene, &settings).expect("the scene compiles");
@@ -147,38 +150,43 @@ fn rectangle_light_over_its_corner() {
     let camera = parallel_camera(Vec3::new(-1.0, 1.5, -1.0), Vec3::ZERO, 2e-4);
     let Some(seen) = pixels(&scene, camera, 16, 256, 1, "block,roulette=none") else { return };
     // numerics S10: the irradiance below the corner of a rectangle 0.8 x 1.5 at height 1 is 0.443663 times its radiance.
-    let truth = f64::from(albedo) / std::f64::consts::PI * f64::from(radiance) * 0.443_663;
+    let truth = f64::from(albedo) / PI * f64::from(radiance) * 0.443_663;
     assert_mean("rectangle light", &seen, truth, 0.02);
 }
 
-/// Kills: a panorama shifted by half a texel or turned, the solid angle of a texel taken at its middle, up and down exchanged.
+/// Kills: a panorama shifted by half a texel, turned or upside down, for sampling or for rays that leave; the solid angle of a texel
+/// taken at its middle.
 #[test]
 fn one_texel_of_a_panorama() {
-    let (width, height, row, column) = (16_u32, 8_u32, 2_u32, 11_u32);
+    let (width, height, row, column) = (16_u32, 8_u32, 2_u32, 13_u32);
     let (albedo, radiance) = (0.6_f32, 1e4_f32);
     let mut texels = vec![[0.0; 3]; (width * height) as usize];
     texels[(row * width + column) as usize] = [radiance; 3];
     let environment = Environment { name: "one texel".into(), width, height, texels };
-    let mut scene = Scene { materials: vec![lambert(albedo, 0.0)], environment: Some(environment), ..Scene::default() };
-    shapes::quad(&mut scene, Vec3::new(-1.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0, 0);
-    let camera = parallel_camera(Vec3::Y, Vec3::ZERO, 0.3);
-    let Some(seen) = pixels(&scene, camera.clone(), 16, 64, 1, "block,roulette=none") else { return };
-    let polar = |row: u32| f64::from(row) * std::f64::consts::PI / f64::from(height);
-    let width_of_texel = std::f64::consts::TAU / f64::from(width);
-    // numerics S13, for the normal at the pole.
-    let irradiance = f64::from(radiance) * width_of_texel * (polar(row + 1).sin().powi(2) - polar(row).sin().powi(2)) / 2.0;
-    assert_mean("one texel", &seen, f64::from(albedo) / std::f64::consts::PI * irradiance, 0.02);
-
-    // A wall that faces away from the texel stays black, one that faces it does not: the panorama is the right way round. The middle of
-    // column 11 of 16 lies to the right of -Z and behind: +X.
-    for (normal, lit) in [(Vec3::X, true), (Vec3::NEG_X, false)] {
-        let mut scene = Scene { vertices: Vec::new(), triangles: Vec::new(), ..scene.clone() };
-        let side = Vec3::Y.cross(normal);
-        shapes::quad(&mut scene, -(Vec3::Y + side), side * 2.0, Vec3::Y * 2.0, 0);
-        scene.materials[0].double_sided = true;
-        let Some(seen) = pixels(&scene, parallel_camera(normal, Vec3::ZERO, 0.3), 8, 16, 1, "block,roulette=none") else { return };
-        let total: f64 = seen.iter().sum();
-        assert_eq!(total > 0.0, lit, "towards {normal}: {total}");
+    // The range of the texel: from the pole, and from +X, which lies at three quarters of the width.
+    let polar = |row: u32| f64::from(row) * PI / f64::from(height);
+    let azimuth = |column: u32| (f64::from(column) / f64::from(width) - 0.75) * 2.0 * PI;
+    // numerics S13: the integral of the cosine to the normal over the texel, for a floor (normal at the pole) and for a wall towards +X.
+    let floor = (azimuth(column + 1) - azimuth(column)) * (polar(row + 1).sin().powi(2) - polar(row).sin().powi(2)) / 2.0;
+    let meridian = |angle: f64| angle / 2.0 - (2.0 * angle).sin() / 4.0;
+    let wall = (azimuth(column + 1).sin() - azimuth(column).sin()) * (meridian(polar(row + 1)) - meridian(polar(row)));
+    for (normal, integral) in [(Vec3::Y, floor), (Vec3::X, wall), (Vec3::NEG_X, 0.0)] {
+        let mut scene = Scene { materials: vec![lambert(albedo, 0.0)], environment: Some(environment.clone()), ..Scene::default() };
+        let u = if normal == Vec3::Y { Vec3::Z } else { Vec3::Y };
+        let v = normal.cross(u);
+        shapes::quad(&mut scene, -u - v, u * 2.0, v * 2.0, 0);
+        let truth = f64::from(albedo) / PI * f64::from(radiance) * integral;
+        for (strategy, samples) in [(LightStrategy::Mis, 64), (LightStrategy::Lights, 64), (LightStrategy::Bsdf, 1024)] {
+            let camera = Some(parallel_camera(normal, Vec3::ZERO, 0.3));
+            let schedule = Schedule::block().with_roulette(None);
+            let settings = Settings { depth: 1, schedule, camera, light_strategy: strategy, ..Settings::new(32, 32, samples) };
+            let Some(seen) = render(&scene, settings) else { return };
+            if integral > 0.0 {
+                assert_mean(&format!("one texel, normal {normal}, {strategy:?}"), &seen, truth, 0.06);
+            } else {
+                assert!(seen.iter().all(|value| *value == 0.0), "light through the back of a wall, {strategy:?}");
+            }
+        }
     }
 }
 

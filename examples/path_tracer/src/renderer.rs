@@ -9,7 +9,7 @@ use wavepool::{Film, GpuContext, ImageTiles, Program, Progress, Report, Resource
 
 use crate::{
     Error,
-    gpu_scene::{GpuScene, PackOptions},
+    gpu_scene::{GpuScene, LightStrategy, PackOptions},
     scene::{Camera, Scene, framing::frame},
 };
 
@@ -30,13 +30,25 @@ pub struct Settings {
     pub seed: u32,
     /// How the work is scheduled; the image does not depend on it.
     pub schedule: Schedule,
+    /// How light is found; the expected image does not depend on it.
+    pub light_strategy: LightStrategy,
     /// The camera; the scene's first one when `None`.
     pub camera: Option<Camera>,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Settings { width: 512, height: 512, samples: 64, first_sample: 0, depth: 16, seed: 0, schedule: Schedule::block(), camera: None }
+        Settings {
+            width: 512,
+            height: 512,
+            samples: 64,
+            first_sample: 0,
+            depth: 16,
+            seed: 0,
+            schedule: Schedule::block(),
+            light_strategy: LightStrategy::Mis,
+            camera: None,
+        }
     }
 }
 
@@ -141,6 +153,7 @@ fn pack(scene: &Scene, settings: &Settings, binding_limit: u64) -> Result<GpuSce
         height: settings.height,
         max_depth: settings.depth,
         seed: settings.seed,
+        light_strategy: settings.light_strategy,
         binding_limit,
         ..PackOptions::default()
     };
