@@ -16,8 +16,9 @@ fn disk_from_square(u: vec2f) -> vec2f {
     return radius * select(cs.yx, cs, by_x);
 }
 
-// Proportional to the cosine around +z; its density is z / pi.
+// Proportional to the cosine around +z; its density is z / pi. Where 1 - r^2 rounds to zero, half a unit stands for it: a direction in
+// the plane itself would be on neither side of it.
 fn cosine_hemisphere(u: vec2f) -> vec3f {
     let d = disk_from_square(u);
-    return vec3f(d, sqrt(max(0.0, 1.0 - dot(d, d))));
+    return vec3f(d, sqrt(max(2.98023223876953125e-8, 1.0 - dot(d, d))));
 }

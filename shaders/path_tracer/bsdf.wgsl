@@ -1,13 +1,14 @@
 // What a surface does to light: a mixture of smooth glass (share `glass_share`), a reflecting interface, and Lambert below it.
 //
-// The diffuse base under the coat is rho/pi (1 - F(wo)) (1 - F(wi)) / (1 - F_avg) (Shirley et al., 1997): reciprocal, and together with a
-// smooth coat it returns all light when rho is 1. glTF's sample formula (1 - F(v.h)) returns up to twice the light at grazing angles.
+// The diffuse base under the coat is rho/pi (1 - E(wo)) (1 - E(wi)) / (1 - E_avg), E the coat's own albedo (Kulla and Conty, 2017):
+// reciprocal, and together with the coat it returns all light when rho is 1, at every roughness. glTF's sample formula, 1 - F(v.h),
+// returns up to twice the light at grazing angles.
 
 import package::math::disk::cosine_hemisphere;
-import package::math::fresnel::schlick_weight;
 import package::math::mis::PDF_MIN;
 import package::math::random::unit_f32;
 import package::math::vector::max_component;
+import package::path_tracer::coat::{Coat, coat_transmittance};
 import package::path_tracer::effects::{HAS_INTERFACES, HAS_TRANSMISSION};
 import package::path_tracer::glass::{Glass, sample_glass};
 import package::path_tracer::lobe_choice::{lobe_ticks, ticks_to_probability};
@@ -16,10 +17,9 @@ import package::path_tracer::microfacet::{Microfacets, ALPHA_MIRROR, evaluate_mi
 const INVERSE_PI: f32 = 0.3183098861837907;
 
 struct Bsdf {
-    // Albedo of the base, the share of the mixture and 1 / (1 - F_avg) multiplied in.
+    // Albedo of the base, the share of the mixture and 1 / (1 - E_avg) multiplied in.
     diffuse: vec3f,
-    // Reflectance of the coat at normal incidence; negative without a coat.
-    coat_f0: f32,
+    coat: Coat,
     // The share of the mixture multiplied in.
     facets: Microfacets,
     glass_share: f32,
@@ -39,6 +39,8 @@ struct BsdfSample {
     // 0 for a direction that nothing else can find.
     pdf: f32,
     eta_scale: f32,
+    // To the other side of the surface.
+    transmits: bool,
 }
 
 // Choice of lobes for one view direction, in 65536ths: glass against the rest, the interface against the base.
@@ -47,21 +49,13 @@ struct LobeChoice {
     interface_part: u32,
 }
 
-// Share of light that the coat lets through to the base.
-fn coat_transmittance(bsdf: Bsdf, cosine: f32) -> f32 {
-    if bsdf.coat_f0 < 0.0 {
-        return 1.0;
-    }
-    return (1.0 - bsdf.coat_f0) * (1.0 - schlick_weight(cosine));
-}
-
 fn is_mirror(bsdf: Bsdf) -> bool {
     return bsdf.facets.alpha < ALPHA_MIRROR;
 }
 
 fn choose_lobes(bsdf: Bsdf, wo: vec3f) -> LobeChoice {
     let interface_weight = select(0.0, max_component(microfacet_fresnel(bsdf.facets, wo.z)), HAS_INTERFACES);
-    let base_weight = max_component(bsdf.diffuse) * coat_transmittance(bsdf, wo.z);
+    let base_weight = max_component(bsdf.diffuse) * coat_transmittance(bsdf.coat, wo.z);
     let glass = select(0u, lobe_ticks(bsdf.glass_share, interface_weight + base_weight), HAS_TRANSMISSION);
     return LobeChoice(glass, lobe_ticks(interface_weight, base_weight));
 }
@@ -73,7 +67,7 @@ fn evaluate_bsdf(bsdf: Bsdf, choice: LobeChoice, wo: vec3f, wi: vec3f) -> BsdfVa
     }
     let opaque_probability = 1.0 - ticks_to_probability(choice.glass);
     let interface_probability = ticks_to_probability(choice.interface_part);
-    let through = coat_transmittance(bsdf, wo.z) * coat_transmittance(bsdf, wi.z);
+    let through = coat_transmittance(bsdf.coat, wo.z) * coat_transmittance(bsdf.coat, wi.z);
     let cosine_pdf = wi.z * INVERSE_PI;
     var value = BsdfValue(bsdf.diffuse * (through * cosine_pdf), (1.0 - interface_probability) * cosine_pdf);
     if HAS_INTERFACES {
@@ -96,7 +90,7 @@ fn sample_bsdf(bsdf: Bsdf, wo: vec3f, words: vec4u) -> BsdfSample {
         if high < choice.glass {
             let drawn = sample_glass(bsdf.glass, wo, low);
             let share = bsdf.glass_share / ticks_to_probability(choice.glass);
-            return BsdfSample(drawn.wi, drawn.weight * share, 0.0, drawn.eta_scale);
+            return BsdfSample(drawn.wi, drawn.weight * share, 0.0, drawn.eta_scale, drawn.transmits);
         }
     }
     let u = vec2f(unit_f32(words.y), unit_f32(words.z));
@@ -104,19 +98,19 @@ fn sample_bsdf(bsdf: Bsdf, wo: vec3f, words: vec4u) -> BsdfSample {
     if low < choice.interface_part {
         if is_mirror(bsdf) {
             let probability = (1.0 - ticks_to_probability(choice.glass)) * ticks_to_probability(choice.interface_part);
-            return BsdfSample(vec3f(-wo.xy, wo.z), microfacet_fresnel(bsdf.facets, wo.z) / probability, 0.0, 1.0);
+            return BsdfSample(vec3f(-wo.xy, wo.z), microfacet_fresnel(bsdf.facets, wo.z) / probability, 0.0, 1.0, false);
         }
         wi = sample_microfacets(bsdf.facets, wo, u);
     } else {
         wi = cosine_hemisphere(u);
         // Lambert alone needs no division: its weight is its albedo, to the last bit.
         if choice.glass == 0u && choice.interface_part == 0u {
-            return BsdfSample(wi, bsdf.diffuse, max(wi.z * INVERSE_PI, PDF_MIN), 1.0);
+            return BsdfSample(wi, bsdf.diffuse, max(wi.z * INVERSE_PI, PDF_MIN), 1.0, false);
         }
     }
     let value = evaluate_bsdf(bsdf, choice, wo, wi);
     if value.pdf < PDF_MIN {
-        return BsdfSample(wi, vec3f(0.0), 0.0, 1.0);
+        return BsdfSample(wi, vec3f(0.0), 0.0, 1.0, false);
     }
-    return BsdfSample(wi, value.f_cosine / value.pdf, value.pdf, 1.0);
+    return BsdfSample(wi, value.f_cosine / value.pdf, value.pdf, 1.0, false);
 }

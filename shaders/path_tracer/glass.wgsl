@@ -18,6 +18,7 @@ struct GlassSample {
     wi: vec3f,
     weight: vec3f,
     eta_scale: f32,
+    transmits: bool,
 }
 
 fn glass_reflectance(glass: Glass, cosine: f32) -> f32 {
@@ -35,14 +36,14 @@ fn sample_glass(glass: Glass, wo: vec3f, word: u32) -> GlassSample {
     let ticks = lobe_ticks(reflectance, max_component(passing));
     let probability = ticks_to_probability(ticks);
     if word < ticks {
-        return GlassSample(vec3f(-wo.xy, wo.z), vec3f(reflectance / probability), 1.0);
+        return GlassSample(vec3f(-wo.xy, wo.z), vec3f(reflectance / probability), 1.0, false);
     }
     let weight = passing / (1.0 - probability);
     if !glass.is_solid || abs(glass.eta - 1.0) <= ETA_MIN_STEP {
-        return GlassSample(-wo, weight, 1.0);
+        return GlassSample(-wo, weight, 1.0, true);
     }
     let squared = glass.eta * glass.eta;
     let sine2 = dot(wo.xy, wo.xy) / squared;
     let wi = vec3f(-wo.xy / glass.eta, -sqrt(max(0.0, 1.0 - sine2)));
-    return GlassSample(wi, weight / squared, squared);
+    return GlassSample(wi, weight / squared, squared, true);
 }

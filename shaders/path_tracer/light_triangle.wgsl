@@ -42,7 +42,7 @@ fn sample_triangle_light(light: Light, reference: vec3f, words: vec2u) -> LightS
             radiance *= coverage(material, base_color_at(material, triangle.vertices, barycentrics).w);
         }
     }
-    let target_point = offset_point(point, plane.normal, hit_point_error(triangle.v0, e1, e2, plane.normal), -offset);
+    let target_point = offset_point(point, plane.normal, hit_point_error(triangle.v0, e1, e2), -offset);
     let pdf = triangle_light_pdf(light.inverse_area, offset, plane.normal);
     return LightSample(target_point, false, offset * inverseSqrt(max(dot(offset, offset), 7.888609052210118e-31)), radiance, pdf, false);
 }

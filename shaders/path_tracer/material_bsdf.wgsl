@@ -3,6 +3,7 @@
 // opaque share (the host warns where a file asks for more).
 
 import package::path_tracer::bsdf::Bsdf;
+import package::path_tracer::coat::{Coat, coat_mean_transmittance, coat_of};
 import package::path_tracer::effects::{HAS_INTERFACES, HAS_TEXTURES};
 import package::path_tracer::glass::Glass;
 import package::path_tracer::microfacet::Microfacets;
@@ -28,10 +29,9 @@ fn bsdf_at(triangle: Triangle, material: Material, barycentrics: vec2f, is_front
     let glass = Glass(color, eta, is_solid);
     if !HAS_INTERFACES || (material.flags & MATERIAL_COAT) == 0u {
         let metal_only = Microfacets(metallic * color, metallic, roughness * roughness);
-        return Bsdf(dielectric * color, -1.0, metal_only, glass_share, glass);
+        return Bsdf(dielectric * color, Coat(-1.0, 0u, 0u, 0.0), metal_only, glass_share, glass);
     }
     let facets = Microfacets(metallic * color + vec3f(dielectric * material.f0), metallic + dielectric, roughness * roughness);
-    // The cosine-weighted mean of Schlick's formula over the hemisphere.
-    let mean = material.f0 + (1.0 - material.f0) / 21.0;
-    return Bsdf(color * (dielectric / (1.0 - mean)), material.f0, facets, glass_share, glass);
+    let coat = coat_of(material.f0, roughness);
+    return Bsdf(color * (dielectric / coat_mean_transmittance(coat)), coat, facets, glass_share, glass);
 }

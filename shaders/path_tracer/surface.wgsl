@@ -3,10 +3,10 @@
 // Sides: front is where the triangle's corners run counter-clockwise. Both planes' normals are turned towards the viewer; a
 // single-sided surface seen from behind is present and shaded the same way, but emits from its front only.
 
-import package::math::offset::hit_point_error;
+import package::math::offset::{hit_point_error, inset_point};
 import package::math::onb::{Frame, frame_around};
 import package::math::triangle::triangle_plane;
-import package::math::vector::normalize_or;
+import package::math::vector::{max_component, normalize_or};
 import package::path_tracer::effects::{HAS_NORMAL_MAPS, VERTEX_TANGENT_ROW};
 import package::path_tracer::records::{Material, Triangle, NONE};
 import package::path_tracer::texture::{interpolate_row, sample_texture, texture_coordinates};
@@ -15,8 +15,8 @@ struct Surface {
     position: vec3f,
     // Of the plane, on the viewer's side.
     normal: vec3f,
-    // How far the computed position may be off along the normal.
-    error: f32,
+    // How far the computed position may be off in each coordinate.
+    error: vec3f,
     is_front: bool,
     // Around the shading normal, on the viewer's side.
     frame: Frame,
@@ -26,13 +26,16 @@ struct Surface {
 fn surface_at(triangle: Triangle, material: Material, barycentrics: vec2f, wo: vec3f) -> Surface {
     let e1 = triangle.v1 - triangle.v0;
     let e2 = triangle.v2 - triangle.v0;
-    let position = triangle.v0 + barycentrics.x * e1 + barycentrics.y * e2;
-    let plane = triangle_plane(e1, e2).normal;
+    let shape = triangle_plane(e1, e2);
+    let plane = shape.normal;
+    let error = hit_point_error(triangle.v0, e1, e2);
+    let interpolated = triangle.v0 + barycentrics.x * e1 + barycentrics.y * e2;
+    let position = inset_point(interpolated, barycentrics, e1, e2, plane, shape.area, max_component(error));
     let is_front = dot(plane, wo) >= 0.0;
     let normal = select(-plane, plane, is_front);
     let shading = shading_normal(triangle, material, barycentrics, plane);
     let frame = frame_around(face_viewer(select(-shading, shading, is_front), normal, wo));
-    return Surface(position, normal, hit_point_error(triangle.v0, e1, e2, plane), is_front, frame);
+    return Surface(position, normal, error, is_front, frame);
 }
 
 // The interpolated normal with the normal map applied, on the side of the front.

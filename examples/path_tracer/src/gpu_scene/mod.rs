@@ -6,6 +6,7 @@
 //! **Invariant:** whatever packs is valid for the kernels: indices in range, numbers finite, tables exact, sizes within a binding.
 
 pub mod alias;
+pub mod coat;
 pub mod effects;
 mod environment;
 pub mod error;

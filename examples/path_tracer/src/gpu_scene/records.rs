@@ -6,7 +6,10 @@
 
 use std::fmt::Write as _;
 
-use super::record::{declare, gpu_record};
+use super::{
+    coat,
+    record::{declare, gpu_record},
+};
 
 /// An index that leads nowhere.
 pub const NONE: u32 = u32::MAX;
@@ -128,6 +131,14 @@ gpu_record! {
         roulette_depth: u32,
         /// Survival is never less probable.
         roulette_floor: f32,
+        /// Albedos of coats.
+        coat_albedo: u32,
+        /// Unused.
+        pad0: u32,
+        /// Unused.
+        pad1: u32,
+        /// Unused.
+        pad2: u32,
     }
 }
 
@@ -269,6 +280,8 @@ pub fn records_wgsl() -> String {
 
 const CONSTANTS: &[(&str, u32)] = &[
     ("NONE", NONE),
+    ("COAT_COSINE_CELLS", coat::COSINE_CELLS),
+    ("COAT_ROUGHNESS_ROWS", coat::ROUGHNESS_ROWS),
     ("TRIANGLE_MATERIAL_MASK", triangle_flags::MATERIAL_MASK),
     ("TRIANGLE_ALPHA", triangle_flags::ALPHA),
     ("TRIANGLE_EMISSIVE", triangle_flags::EMISSIVE),

@@ -4,9 +4,10 @@
 
 use super::{
     alias::AliasTable,
+    coat,
     environment::PackedEnvironment,
     lights::Lights,
-    records::{MaterialRecord, ViewRecord},
+    records::{MaterialRecord, ViewRecord, material_flags},
     textures::{Textures, srgb_to_linear},
 };
 
@@ -32,6 +33,7 @@ impl Tables {
         lights: &Lights,
         environment: Option<&PackedEnvironment>,
     ) -> Tables {
+        let has_coats = materials.iter().any(|material| material.flags & material_flags::COAT != 0);
         let mut tables = Tables { rows: Vec::new(), texels: textures.words };
         view.materials = tables.append(bytemuck::cast_slice(materials));
         view.textures = tables.append(bytemuck::cast_slice(&textures.records));
@@ -39,6 +41,7 @@ impl Tables {
         view.punctuals = tables.append(bytemuck::cast_slice(&lights.punctuals));
         view.light_alias = tables.append_alias(&lights.alias);
         view.light_alias_log2 = lights.alias.log2_columns;
+        view.coat_albedo = tables.append(bytemuck::cast_slice(if has_coats { coat::table() } else { &[] }));
         view.environment_selection = lights.environment_selection;
         view.srgb_decoding = tables.texels.len() as u32;
         tables.texels.extend((0..=255).map(|byte| (srgb_to_linear(byte) as f32).to_bits()));
