@@ -9,6 +9,8 @@ mod identity;
 mod pins;
 #[path = "conformance/poison.rs"]
 mod poison;
+#[path = "conformance/replay.rs"]
+mod replay;
 #[path = "conformance/roulette.rs"]
 mod roulette;
 #[path = "conformance/scenes.rs"]

@@ -28,6 +28,7 @@ pub mod layout;
 pub mod plan;
 pub mod policy;
 mod program;
+pub mod replay;
 mod schedule;
 pub mod shader;
 

@@ -1,0 +1,198 @@
+//! The schedule re-enacted on the CPU.
+//!
+//! Key decision: replay receives how long each walk is, and the policies' host faces, nothing that a device has seen or decided. It takes
+//! the tick's decisions again, block by block, so a scheduler that does anything else than its policies say disagrees with it. What is
+//! given up: executions whose order the hardware decides (the megakernel's lanes) have no steps to compare.
+//!
+//! **Invariant:** for every device-decided wavefront schedule, [`Replay`] equals the device's counters exactly.
+
+mod occupancy;
+
+pub use occupancy::{Occupancy, WIDTHS};
+
+use crate::{Schedule, layout::BLOCK, policy::WorkSource};
+
+/// How many steps each walk takes.
+///
+/// **Shape:** `lengths(pass, tile)` fills one entry per place of the tile, 256 of them; 0 where the tile has no item, at least 1 elsewhere.
+pub trait WalkLengths {
+    /// Writes the lengths of one tile.
+    fn of_tile(&self, pass_index: u32, tile: u32, lengths: &mut [u32; BLOCK as usize]);
+}
+
+impl<F: Fn(u32, u32, &mut [u32; BLOCK as usize])> WalkLengths for F {
+    fn of_tile(&self, pass_index: u32, tile: u32, lengths: &mut [u32; BLOCK as usize]) {
+        self(pass_index, tile, lengths);
+    }
+}
+
+/// A tile that was handed to a block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Assignment {
+    /// The step in which the tile begins.
+    pub step: u32,
+    /// Who receives it.
+    pub block: u32,
+    /// Which pass it belongs to.
+    pub pass_index: u32,
+    /// Which tile.
+    pub tile: u32,
+}
+
+/// What a schedule does with a workload.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Replay {
+    /// Live blocks in each step.
+    pub live_blocks: Vec<u32>,
+    /// Lanes alive at the beginning of each step.
+    pub live_lanes: Vec<u32>,
+    /// Tiles handed out at each regeneration, in order.
+    pub regenerations: Vec<u32>,
+    /// Every assignment, in order.
+    pub assignments: Vec<Assignment>,
+    /// Ticks after which a pass was resolved, by pass: the number of steps done by then.
+    pub resolved_after: Vec<u32>,
+    /// Useful and launched lane-steps.
+    pub occupancy: Occupancy,
+}
+
+impl Replay {
+    /// Steps in which a block was live.
+    pub fn steps(&self) -> u64 {
+        self.live_blocks.len() as u64
+    }
+
+    /// Sum of live blocks over the steps.
+    pub fn block_steps(&self) -> u64 {
+        self.live_blocks.iter().map(|blocks| u64::from(*blocks)).sum()
+    }
+
+    /// Sum over the steps of lanes alive when the step began.
+    pub fn lane_steps(&self) -> u64 {
+        self.live_lanes.iter().map(|lanes| u64::from(*lanes)).sum()
+    }
+}
+
+/// One slot of the pool.
+struct Block {
+    pass_index: u32,
+    /// Steps left per lane.
+    left: [u32; BLOCK as usize],
+}
+
+/// Re-enacts `schedule` on `passes` passes of `source` with a pool of `pool_blocks` and results of `ring` passes in flight.
+pub fn replay(schedule: &Schedule, source: &dyn WorkSource, passes: u32, pool_blocks: u32, ring: u32, lengths: &dyn WalkLengths) -> Replay {
+    let mut state = State {
+        pool: (0..pool_blocks).map(|_| None).collect(),
+        outstanding: vec![source.tiles(); ring as usize],
+        next: 0,
+        resolved: 0,
+        step: 0,
+    };
+    let mut report = Replay::default();
+    if source.tiles() > 0 {
+        while state.resolved < passes {
+            state.tick(schedule, source, passes, lengths, &mut report);
+            state.walk(&mut report);
+        }
+    }
+    report
+}
+
+struct State {
+    pool: Vec<Option<Block>>,
+    /// Tiles of the pass in each slot of the ring that have not been retired.
+    outstanding: Vec<u32>,
+    /// Tiles handed out so far, over all passes.
+    next: u64,
+    resolved: u32,
+    step: u32,
+}
+
+impl State {
+    fn tick(&mut self, schedule: &Schedule, source: &dyn WorkSource, passes: u32, lengths: &dyn WalkLengths, report: &mut Replay) {
+        let ring = self.outstanding.len() as u32;
+        for slot in &mut self.pool {
+            if let Some(block) = slot.take_if(|block| block.left.iter().all(|left| *left == 0)) {
+                self.outstanding[(block.pass_index % ring) as usize] -= 1;
+            }
+        }
+        let oldest = (self.resolved % ring) as usize;
+        if self.resolved < passes && self.outstanding[oldest] == 0 {
+            self.outstanding[oldest] = source.tiles();
+            self.resolved += 1;
+            report.resolved_after.push(self.step);
+        }
+
+        let live = self.pool.iter().flatten().count() as u32;
+        let dead = self.pool.len() as u32 - live;
+        let tiles = u64::from(source.tiles());
+        let queued = u64::from(passes.min(self.resolved + ring)) * tiles - self.next;
+        if dead == 0 || queued == 0 || !schedule.regeneration.regenerate(live, dead, self.step) {
+            return;
+        }
+        // The tick counts the step before it hands out tiles: assignments carry the number of the step they begin in, from 1.
+        let assigned = queued.min(u64::from(dead)) as u32;
+        report.regenerations.push(assigned);
+        let free = self.pool.iter_mut().enumerate().filter(|(_, slot)| slot.is_none());
+        for (block, slot) in free.take(assigned as usize) {
+            let pass_index = (self.next / tiles) as u32;
+            let tile = schedule.order.tile_at(pass_index, (self.next % tiles) as u32, source.tiles());
+            let mut left = [0; BLOCK as usize];
+            lengths.of_tile(pass_index, tile, &mut left);
+            report.assignments.push(Assignment { step: self.step + 1, block: block as u32, pass_index, tile });
+            *slot = Some(Block { pass_index, left });
+            self.next += 1;
+        }
+    }
+
+    /// One step of every live block.
+    fn walk(&mut self, report: &mut Replay) {
+        let live = self.pool.iter().flatten().count() as u32;
+        if live == 0 {
+            return;
+        }
+        self.step += 1;
+        let mut lanes = 0;
+        for block in self.pool.iter_mut().flatten() {
+            lanes += report.occupancy.launch(&block.left);
+            block.left.iter_mut().for_each(|left| *left = left.saturating_sub(1));
+        }
+        report.live_blocks.push(live);
+        report.live_lanes.push(lanes);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{policy::BlockInPlace, policy::LinearRange};
+
+    /// The worked example of the paper: 8 blocks, 16 tiles, tiles die after the given steps.
+    fn lengths_of(depth: &'static [u32]) -> impl Fn(u32, u32, &mut [u32; 256]) {
+        move |_, tile, lengths| lengths.fill(depth[tile as usize])
+    }
+
+    /// Kills: a tile in two blocks, a dead block left idle though the queue holds tiles, an assignment out of block order.
+    #[test]
+    fn dead_blocks_take_the_next_tiles_in_block_order() {
+        let schedule = Schedule::block().with_regeneration(BlockInPlace::new(0.0, 1));
+        let source = LinearRange { count: 4 * 256 };
+        let seen = replay(&schedule, &source, 1, 2, 2, &lengths_of(&[3, 1, 1, 2]));
+        let order: Vec<_> = seen.assignments.iter().map(|a| (a.step, a.block, a.tile)).collect();
+        assert_eq!(order, [(1, 0, 0), (1, 1, 1), (2, 1, 2), (3, 1, 3)]);
+        assert_eq!(seen.live_blocks, [2, 2, 2, 1]);
+        assert_eq!(seen.block_steps(), 7);
+        assert_eq!(seen.lane_steps(), 7 * 256);
+        assert_eq!(seen.resolved_after, [4]);
+    }
+
+    /// Kills: a pool without regeneration that takes tiles before it is empty.
+    #[test]
+    fn never_waits_for_the_last_walk() {
+        let source = LinearRange { count: 4 * 256 };
+        let seen = replay(&Schedule::never(), &source, 1, 2, 2, &lengths_of(&[3, 1, 1, 2]));
+        assert_eq!(seen.live_blocks, [2, 1, 1, 2, 1]);
+        assert_eq!(seen.regenerations, [2, 2]);
+    }
+}
