@@ -48,9 +48,8 @@ pub const PATTERNS: &[Pattern] = &[
 
 /// The pattern behind a leaf of the result.
 pub fn leaf_name(leaf: usize) -> &'static str {
-    PATTERNS
-        .get(leaf)
-        .map_or(["generate: x*0.1|*10", "finish: x*0.1|*10"][leaf.saturating_sub(PATTERNS.len()).min(1)], |pattern| pattern.name)
+    let edges = ["generate: x*0.1|*10", "finish: x*0.1|*10", "over a stage: x*0.1||*10"];
+    PATTERNS.get(leaf).map_or(edges[leaf.saturating_sub(PATTERNS.len()).min(2)], |pattern| pattern.name)
 }
 
 /// Three stages that do all patterns at once.
@@ -78,13 +77,13 @@ pub fn program() -> Program {
         }
         sums.push(format!("(*s).x[{index}]"));
     }
-    state.push_str("    born: f32,\n    ended: f32,\n}\n");
-    sums.extend(["(*s).edge.x".to_owned(), "(*s).edge.y * 10.0".to_owned()]);
+    state.push_str("    born: f32,\n    ended: f32,\n    passed: f32,\n}\n");
+    sums.extend(["(*s).edge.x".to_owned(), "(*s).edge.y * 10.0".to_owned(), "(*s).edge.z".to_owned()]);
     let [first, second, third] = bodies;
     let lets = "    let a = (*s).a; let b = (*s).b; let c = (*s).c;\n";
     let wgsl = format!(
         "import wavepool::math::random::{{pcg4d, unit_f32}};
-struct State {{ a: f32, b: f32, c: f32, word: u32, rounds: u32, edge: vec2f, x: array<f32, {count}> }}
+struct State {{ a: f32, b: f32, c: f32, word: u32, rounds: u32, edge: vec3f, x: array<f32, {count}> }}
 {state}
 fn generate(s: ptr<function, State>, item: Item) {{
     let words = pcg4d(vec4u(item.pixel, item.sample, 5u, 7u));
@@ -92,12 +91,14 @@ fn generate(s: ptr<function, State>, item: Item) {{
     (*s).b = 0.5 + unit_f32(words.y);
     (*s).c = 0.5 + unit_f32(words.z);
     (*s).edge.x = (*s).a * 0.1;
+    (*s).edge.z = (*s).b * 0.1;
 }}
 fn first(s: ptr<function, State>) {{
 {lets}{first}    if ((*s).rounds == 0u) {{ (*s).edge.x = (*s).edge.x * 10.0; }}
 }}
 fn second(s: ptr<function, State>) {{
-{lets}{second}}}
+{lets}{second}    if ((*s).rounds == 0u) {{ (*s).edge.z = (*s).edge.z * 10.0; }}
+}}
 fn third(s: ptr<function, State>) -> u32 {{
 {lets}{third}    (*s).edge.y = a * 0.1;
     (*s).rounds += 1u;

@@ -3,7 +3,7 @@
 //! Key decision: the Vulkan loader chooses drivers when an instance is made, by environment variables; a process cannot change its mind.
 //! So the second driver gets a second process: the test binary runs itself.
 
-use std::{path::PathBuf, process::Command, sync::OnceLock};
+use std::{ops::ControlFlow, path::PathBuf, process::Command, sync::OnceLock, time::Duration};
 
 use wavepool::{Film, GpuContext, Program, Report, Schedule, Scheduler, policy::WorkSource};
 
@@ -76,12 +76,19 @@ pub fn run_again_on_swiftshader(this: &str) {
     assert!(text.contains("SwiftShader"), "another driver answered");
 }
 
+/// A run that takes longer than this never ends: the small programs here take seconds on a busy CPU.
+const PATIENCE: Duration = Duration::from_secs(90);
+
 /// Runs a program once; failures name the program and the schedule.
 ///
 /// # Panics
-/// When the library reports an error.
+/// When the library reports an error, or the run does not end.
 pub fn run(gpu: &GpuContext, program: &Program, source: impl WorkSource + 'static, passes: u32, schedule: &Schedule) -> (Film, Report) {
-    scheduler(gpu, program, source, schedule).run(passes).unwrap_or_else(|error| panic!("{}, {schedule}: {error}", program.name()))
+    let outcome = scheduler(gpu, program, source, schedule)
+        .run_with(0, passes, |progress| if progress.elapsed < PATIENCE { ControlFlow::Continue(()) } else { ControlFlow::Break(()) });
+    let (film, report) = outcome.unwrap_or_else(|error| panic!("{}, {schedule}: {error}", program.name()));
+    assert!(film.pixels() == 0 || report.passes == passes, "{}, {schedule}: {} of {passes} passes", program.name(), report.passes);
+    (film, report)
 }
 
 /// A scheduler that is known to be sound.

@@ -115,24 +115,24 @@ fn moves(layout: &Layout, stage: &str) -> String {
 #[test]
 fn planes_and_traffic_follow_the_lifetimes() {
     let program = flow(
-        "struct Walk { total: f32, hop: f32, scratch: f32, left: u32, unread: f32, tag: u32, never: vec4f }
+        "struct Walk { total: f32, hop: f32, scratch: f32, left: u32, unread: f32, tag: u32, mark: f32, never: vec4f }
          fn generate(w: ptr<function, Walk>, item: Item) { (*w).left = item.pixel % 5u; (*w).tag = item.pixel; (*w).unread = 1.0; }
          fn trace(w: ptr<function, Walk>) { (*w).scratch = f32((*w).left); (*w).hop = (*w).scratch * 0.5; (*w).unread = (*w).hop; }
          fn shade(w: ptr<function, Walk>) -> u32 {
              if ((*w).left == 0u) { return FINISH; }
-             if ((*w).hop > 1.0) { (*w).total += (*w).hop; }
+             if ((*w).hop > 1.0) { (*w).total += (*w).hop; (*w).mark = 2.0; }
              (*w).left -= 1u;
              return CONTINUE;
          }
-         fn finish(w: ptr<function, Walk>) -> vec2f { return vec2f((*w).total, f32((*w).tag)); }",
+         fn finish(w: ptr<function, Walk>) -> vec2f { return vec2f((*w).total, f32((*w).tag) + (*w).mark); }",
         &["trace", "shade"],
     );
     let layout = program.layout(false);
-    assert_eq!(names(&layout, &layout.kept()), ["hop", "left", "tag", "total"].map(String::from).into());
-    assert_eq!(names(&layout, &layout.generate), ["left", "tag", "total"].map(String::from).into());
+    assert_eq!(names(&layout, &layout.kept()), ["hop", "left", "mark", "tag", "total"].map(String::from).into());
+    assert_eq!(names(&layout, &layout.generate), ["left", "mark", "tag", "total"].map(String::from).into());
     assert_eq!(moves(&layout, "trace"), "left |  | hop");
-    assert_eq!(moves(&layout, "shade"), "hop left total | tag | left total");
-    assert_eq!((layout.planes(), layout.bytes_per_lane()), (5, 20));
+    assert_eq!(moves(&layout, "shade"), "hop left mark total | tag | left mark total");
+    assert_eq!((layout.planes(), layout.bytes_per_lane()), (6, 24));
 }
 
 /// Kills: a leaf that is written on one way only taken as written when the walk finishes on another.
