@@ -41,6 +41,9 @@ pub const PATTERNS: &[Pattern] = &[
     two("exp|log", "exp(a)", "log(x)"),
     two("pow|pow", "pow(a, 3.0)", "pow(x, 0.33333334)"),
     two("bits|*10", "a * 0.1", "bits * 10.0"),
+    // Two pins without a use between them.
+    Pattern { name: "x*0.1||*10", stages: ["a * 0.1", "x", "x * 10.0"] },
+    Pattern { name: "sqrt||square", stages: ["sqrt(a)", "x", "x * x"] },
     Pattern { name: "x*0.1|+1|-1", stages: ["a * 0.1", "x + 1.0", "x - 1.0"] },
     Pattern { name: "x*0.1|*10|*0.1", stages: ["a * 0.1", "x * 10.0", "x * 0.1"] },
     Pattern { name: "a*b|+c|-c", stages: ["a * b", "x + c", "x - c"] },
@@ -48,7 +51,7 @@ pub const PATTERNS: &[Pattern] = &[
 
 /// The pattern behind a leaf of the result.
 pub fn leaf_name(leaf: usize) -> &'static str {
-    let edges = ["generate: x*0.1|*10", "finish: x*0.1|*10", "over a stage: x*0.1||*10"];
+    let edges = ["generate: x*0.1|*10", "finish: x*0.1|*10", "generate: x*0.1||*10"];
     PATTERNS.get(leaf).map_or(edges[leaf.saturating_sub(PATTERNS.len()).min(2)], |pattern| pattern.name)
 }
 
