@@ -38,8 +38,10 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
             if (lanes > 0u) {
                 count.x += 1u;
                 atomicAdd(&wf_live_lanes, lanes);
+                wf_tile_goes_on(block, lanes);
                 continue;
             }
+            wf_tile_ended(block);
             atomicAdd(&wf_retired[wf_block_pass(block) % wf_control.ring], 1u);
             atomicAdd(&wf_killed_lanes, atomicLoad(&wf_counters[wf_killed_counter(block)]));
             wf_set_block_tile(block, WF_NONE);
@@ -63,6 +65,7 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
         wf_decide(wf_scan[255]);
     }
     workgroupBarrier();
+    wf_order_passes(lane);
 
     // List the live blocks and those that receive a tile, both in block order.
     let assignment = wf_assignment;
@@ -76,11 +79,11 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
             if (rank >= assignment.x) {
                 continue;
             }
-            let position = assignment.z + rank;
-            let pass_index = assignment.y + position / wf_control.tiles;
-            let tile = wf_tile_at(pass_index, position % wf_control.tiles);
+            let place = assignment.z + rank;
+            let tile = wf_queued_tile(place);
             let lanes = wf_tile_items(tile);
-            wf_assign(block, tile, pass_index, assignment.w);
+            wf_assign(block, tile, assignment.y + place / wf_control.tiles, assignment.w);
+            wf_tile_begins(block, lanes);
             atomicStore(&wf_counters[wf_live_counter(block)], lanes);
             atomicStore(&wf_counters[wf_killed_counter(block)], 0u);
             wf_set_new_block(rank, block);
@@ -92,6 +95,9 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
     workgroupBarrier();
     if (lane == 0u) {
         let new_lanes = atomicLoad(&wf_new_lanes);
+        if (assignment.z + assignment.x >= wf_control.tiles) {
+            wf_control.order_slot = 1u - wf_control.order_slot;
+        }
         wf_control.items_started = wf_add_64(wf_control.items_started, new_lanes);
         wf_control.items_killed = wf_add_64(wf_control.items_killed, atomicLoad(&wf_killed_lanes));
         wf_control.lane_steps = wf_add_64(wf_control.lane_steps, atomicLoad(&wf_live_lanes) + new_lanes);
@@ -140,20 +146,19 @@ fn wf_decide(count: vec2u) {
 }
 
 fn wf_set_block_tile(block: u32, tile: u32) {
-    wf_control.words[WF_BLOCK_TABLE + block] = tile;
+    wf_control.words[wf_block_tile_word(block)] = tile;
 }
 
 fn wf_assign(block: u32, tile: u32, pass_index: u32, birth: u32) {
-    let blocks = wf_control.pool_blocks;
-    wf_control.words[WF_BLOCK_TABLE + block] = tile;
-    wf_control.words[WF_BLOCK_TABLE + blocks + block] = pass_index;
-    wf_control.words[WF_BLOCK_TABLE + 2u * blocks + block] = birth;
+    wf_control.words[wf_block_tile_word(block)] = tile;
+    wf_control.words[wf_block_pass_word(block)] = pass_index;
+    wf_control.words[wf_block_birth_word(block)] = birth;
 }
 
 fn wf_set_live_block(index: u32, block: u32) {
-    wf_control.words[WF_BLOCK_TABLE + 3u * wf_control.pool_blocks + index] = block;
+    wf_control.words[wf_live_block_word(index)] = block;
 }
 
 fn wf_set_new_block(index: u32, block: u32) {
-    wf_control.words[WF_BLOCK_TABLE + 4u * wf_control.pool_blocks + index] = block;
+    wf_control.words[wf_new_block_word(index)] = block;
 }

@@ -11,6 +11,12 @@ pub(crate) const MAX_GROUPS: u32 = 65_535;
 /// "No tile", "no pixel".
 pub(crate) const NONE: u32 = u32::MAX;
 
+/// What the control buffer keeps per block: its tile, the pass of that, the step it began in, an entry of the list of live blocks, one of
+/// the list of blocks that start a tile, and the lane-steps of the tile so far.
+const BLOCK_SECTIONS: [&str; 6] = ["block_tile", "block_pass", "block_birth", "live_block", "new_block", "block_lane_steps"];
+/// Measured tile orders keep keys of so many bits, packed with the pass they stem from.
+pub(crate) const KEY_BITS: u32 = 10;
+
 /// Where the arguments of each indirect launch lie, in words.
 pub(crate) mod arguments {
     pub(crate) const GENERATE: u32 = 0;
@@ -89,14 +95,17 @@ control_record! {
     regenerations: u32 = "u32",
     /// Keys the draws of roulette together with pixel, sample and step.
     seed: u32 = "u32",
-    /// Keeps the size a multiple of 16.
-    padding: u32 = "u32",
+    /// Which of the two stored orders the queue follows.
+    order_slot: u32 = "u32",
 }
 
 impl Control {
-    /// Words of the whole control buffer for a pool.
-    pub(crate) fn words(pool_blocks: u32) -> u64 {
-        size_of::<Control>() as u64 / 4 + u64::from(MAX_RING) + 5 * u64::from(pool_blocks)
+    /// Words of the whole control buffer for a pool; a measured order keeps two orders of the tiles.
+    pub(crate) fn words(pool_blocks: u32, ordered_tiles: u32) -> u64 {
+        size_of::<Control>() as u64 / 4
+            + u64::from(MAX_RING)
+            + BLOCK_SECTIONS.len() as u64 * u64::from(pool_blocks)
+            + 2 * u64::from(ordered_tiles)
     }
 }
 
@@ -108,41 +117,46 @@ pub(crate) fn counter_64(words: [u32; 2]) -> u64 {
 /// Declarations that every kernel and every program sees.
 pub(crate) fn declarations() -> String {
     let members = Control::members();
+    let constants = [
+        ("WF_NONE", NONE),
+        ("WF_MAX_GROUPS", MAX_GROUPS),
+        ("WF_BLOCK_TABLE", MAX_RING),
+        ("WF_KEY_BITS", KEY_BITS),
+        ("WF_GENERATE_ARGUMENTS", arguments::GENERATE),
+        ("WF_STAGE_ARGUMENTS", arguments::STAGE),
+        ("WF_RESOLVE_ARGUMENTS", arguments::RESOLVE),
+        ("WF_NOT_FINITE", counters::NOT_FINITE),
+        ("WF_MISSING", counters::MISSING),
+        ("WF_KILLED", counters::KILLED),
+        ("WF_BLOCK_COUNTERS", counters::BLOCKS),
+    ];
+    let constants: String = constants.iter().map(|(name, value)| format!("const {name}: u32 = {value:#x}u;\n")).collect();
+    let mut sections = String::new();
+    for (section, name) in BLOCK_SECTIONS.iter().enumerate() {
+        let place = format!("WF_BLOCK_TABLE + {section}u * wf_control.pool_blocks");
+        sections += &format!("fn wf_{name}_word(index: u32) -> u32 {{ return {place} + index; }}\n");
+        sections += &format!("fn wf_{name}(index: u32) -> u32 {{ return wf_control.words[{place} + index]; }}\n");
+    }
     format!(
         "struct Item {{ tile: u32, index: u32, pixel: u32, sample: u32 }}\n\
          const CONTINUE: u32 = 0u;\n\
          const FINISH: u32 = 1u;\n\
-         const WF_NONE: u32 = {NONE:#x}u;\n\
-         const WF_MAX_GROUPS: u32 = {MAX_GROUPS}u;\n\
-         const WF_BLOCK_TABLE: u32 = {MAX_RING}u;\n\
-         const WF_GENERATE_ARGUMENTS: u32 = {}u;\n\
-         const WF_STAGE_ARGUMENTS: u32 = {}u;\n\
-         const WF_RESOLVE_ARGUMENTS: u32 = {}u;\n\
-         const WF_NOT_FINITE: u32 = {}u;\n\
-         const WF_MISSING: u32 = {}u;\n\
-         const WF_KILLED: u32 = {}u;\n\
+         {constants}\
          struct WfControl {{\n{members}    words: array<u32>,\n}}\n\
-         fn wf_live_counter(block: u32) -> u32 {{ return {}u + 2u * block; }}\n\
-         fn wf_killed_counter(block: u32) -> u32 {{ return {}u + 2u * block; }}\n\
-         fn wf_block_tile(block: u32) -> u32 {{ return wf_control.words[WF_BLOCK_TABLE + block]; }}\n\
-         fn wf_block_pass(block: u32) -> u32 {{ return wf_control.words[WF_BLOCK_TABLE + wf_control.pool_blocks + block]; }}\n\
-         fn wf_block_birth(block: u32) -> u32 {{ return wf_control.words[WF_BLOCK_TABLE + 2u * wf_control.pool_blocks + block]; }}\n\
-         fn wf_live_block(index: u32) -> u32 {{ return wf_control.words[WF_BLOCK_TABLE + 3u * wf_control.pool_blocks + index]; }}\n\
-         fn wf_new_block(index: u32) -> u32 {{ return wf_control.words[WF_BLOCK_TABLE + 4u * wf_control.pool_blocks + index]; }}\n",
-        arguments::GENERATE,
-        arguments::STAGE,
-        arguments::RESOLVE,
-        counters::NOT_FINITE,
-        counters::MISSING,
-        counters::KILLED,
-        counters::BLOCKS,
-        counters::BLOCKS + 1,
+         fn wf_live_counter(block: u32) -> u32 {{ return WF_BLOCK_COUNTERS + 2u * block; }}\n\
+         fn wf_killed_counter(block: u32) -> u32 {{ return WF_BLOCK_COUNTERS + 2u * block + 1u; }}\n\
+         fn wf_estimate(tile: u32) -> u32 {{ return WF_BLOCK_COUNTERS + 2u * wf_control.pool_blocks + tile; }}\n\
+         fn wf_sort_key(tile: u32) -> u32 {{ return wf_estimate(wf_control.tiles + tile); }}\n\
+         {sections}\
+         fn wf_order_word(slot: u32) -> u32 {{ return wf_{}_word({}u * wf_control.pool_blocks) + slot * wf_control.tiles; }}\n",
+        BLOCK_SECTIONS[0],
+        BLOCK_SECTIONS.len(),
     )
 }
 
-/// Words of the counters buffer for a pool.
-pub(crate) fn counter_words(pool_blocks: u32) -> u64 {
-    u64::from(counters::BLOCKS) + 2 * u64::from(pool_blocks)
+/// Words of the counters buffer for a pool; a measured order keeps an estimate and a key per tile.
+pub(crate) fn counter_words(pool_blocks: u32, ordered_tiles: u32) -> u64 {
+    u64::from(counters::BLOCKS) + 2 * u64::from(pool_blocks) + 2 * u64::from(ordered_tiles)
 }
 
 const _: () = assert!(size_of::<Control>().is_multiple_of(16) && BLOCK == 256);

@@ -6,7 +6,7 @@ use std::{fmt, str::FromStr, sync::Arc};
 
 use crate::{
     Error, Result,
-    policy::{BlockInPlace, Execution, NeverRegenerate, PerLane, Regeneration, Roulette, Scanline, TileOrder},
+    policy::{BlockInPlace, DepthMax, DepthMean, Execution, NeverRegenerate, PerLane, Regeneration, Roulette, Scanline, TileOrder},
 };
 
 /// One choice for every policy, and the size of the pool.
@@ -119,7 +119,7 @@ impl FromStr for Schedule {
     type Err = Error;
 
     /// `NAME[,key=value...]`; names `never`, `block`, `megakernel`; keys `threshold` (0 to 15) and `check_every` (1 or more) of
-    /// `block`, `order` (`scanline`), `roulette` (`none`, `lane`), `pins` (`on`, `off`).
+    /// `block`, `order` (`scanline`, `depth-max`, `depth-mean`), `roulette` (`none`, `lane`), `pins` (`on`, `off`).
     fn from_str(text: &str) -> Result<Self> {
         let mut parts = text.split(',').map(str::trim);
         let name = parts.next().unwrap_or("");
@@ -147,7 +147,9 @@ impl FromStr for Schedule {
                     check_every = value.parse().ok().filter(|value| *value > 0).ok_or_else(|| wrong("1 or more"))?;
                 }
                 ("order", "scanline") => schedule.order = Arc::new(Scanline),
-                ("order", _) => return Err(wrong("scanline")),
+                ("order", "depth-max") => schedule.order = Arc::new(DepthMax),
+                ("order", "depth-mean") => schedule.order = Arc::new(DepthMean),
+                ("order", _) => return Err(wrong("scanline, depth-max, depth-mean")),
                 ("roulette", "lane") => schedule.roulette = Some(Arc::new(PerLane)),
                 ("roulette", "none") => schedule.roulette = None,
                 ("roulette", _) => return Err(wrong("none, lane")),

@@ -2,7 +2,7 @@
 
 use wavepool::{
     Film, ImageTiles, LinearRange, Program, Report, Schedule,
-    policy::{BlockInPlace, WorkSource},
+    policy::{BlockInPlace, DepthMax, DepthMean, WorkSource},
 };
 use wavepool_tests::{
     device::{gpu, run},
@@ -27,6 +27,8 @@ fn schedules() -> Vec<(String, Schedule)> {
         let schedule = Schedule::block().with_regeneration(BlockInPlace::new(0.25, check_every)).with_pool_blocks(6);
         all.push((format!("block, every {check_every}"), schedule));
     }
+    all.push(("block, longest tiles first".to_owned(), Schedule::block().with_order(DepthMax).with_pool_blocks(4)));
+    all.push(("never, longest mean first".to_owned(), Schedule::never().with_order(DepthMean).with_pool_blocks(3)));
     all.push(("megakernel".to_owned(), Schedule::megakernel()));
     all.push(("megakernel, small launches".to_owned(), Schedule::megakernel().with_pool_blocks(2)));
     all

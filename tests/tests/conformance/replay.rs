@@ -2,7 +2,7 @@
 
 use wavepool::{
     LinearRange, Schedule,
-    policy::{BlockInPlace, WorkSource as _},
+    policy::{BlockInPlace, DepthMax, DepthMean, WorkSource as _},
     replay::replay,
 };
 use wavepool_tests::{
@@ -15,7 +15,7 @@ use wavepool_tests::{
 #[test]
 fn the_device_counts_what_the_policies_say() {
     let Some(gpu) = gpu() else { return };
-    // The stage that finds the walk at 1 is a step too.
+    // Numbers up to 159,486 stay below 2^32 on their way, so that 32 bits and 64 bits agree. The stage that finds the walk at 1 is a step too.
     let lengths = |source: LinearRange| {
         move |_: u32, tile: u32, lengths: &mut [u32; 256]| {
             for (index, length) in lengths.iter_mut().enumerate() {
@@ -32,6 +32,11 @@ fn the_device_counts_what_the_policies_say() {
         (2900, 4, 7, block(0.5, 2)),
         (5000, 2, 13, block(2.0, 3)),
         (600, 9, 500, block(0.25, 1)),
+        (9000, 6, 9, block(0.5, 2).with_order(DepthMax)),
+        (9000, 6, 13, block(0.0, 1).with_order(DepthMean)),
+        (3000, 8, 40, block(0.25, 1).with_order(DepthMax)),
+        (90_000, 2, 64, block(0.5, 2).with_order(DepthMax)),
+        (9000, 3, 10, Schedule::never().with_order(DepthMax)),
     ] {
         let source = LinearRange { count };
         let schedule = schedule.with_pool_blocks(pool);

@@ -9,7 +9,7 @@ use path_tracer::{
 };
 use wavepool_tests::device::{gpu, skip};
 
-const SCHEDULES: [(&str, u32); 7] = [
+const SCHEDULES: [(&str, u32); 8] = [
     ("never", 16),
     ("block", 1),
     ("block,threshold=0.1,check_every=1", 5),
@@ -17,6 +17,7 @@ const SCHEDULES: [(&str, u32); 7] = [
     ("block,threshold=2,check_every=3", 5),
     ("block", 500),
     ("megakernel", 4),
+    ("block,threshold=0.25,order=depth-max", 5),
 ];
 
 /// Renders under every schedule; asserts one hash, and that the schedules did different things.

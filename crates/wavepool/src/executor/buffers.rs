@@ -15,6 +15,8 @@ pub(super) struct Sizes {
     pub(super) pool_blocks: u32,
     pub(super) ring: u32,
     pub(super) tiles: u32,
+    /// Tiles that a measured order sorts; 0 for formulas.
+    pub(super) ordered_tiles: u32,
     pub(super) result_planes: u32,
     pub(super) film_planes: u32,
     pub(super) bank_words: u64,
@@ -57,8 +59,8 @@ impl Buffers {
             })
         };
         let none = wgpu::BufferUsages::empty();
-        let control = buffer("control", Control::words(sizes.pool_blocks), none)?;
-        let counters = buffer("counters", control::counter_words(sizes.pool_blocks), none)?;
+        let control = buffer("control", Control::words(sizes.pool_blocks, sizes.ordered_tiles), none)?;
+        let counters = buffer("counters", control::counter_words(sizes.pool_blocks, sizes.ordered_tiles), none)?;
         let arguments = buffer("arguments", u64::from(control::arguments::WORDS), wgpu::BufferUsages::INDIRECT)?;
         let results = buffer("results", u64::from(sizes.ring) * u64::from(sizes.result_planes) * sizes.places(), none)?;
         let film = buffer("film", u64::from(sizes.film_planes) * sizes.places(), none)?;
@@ -98,5 +100,9 @@ impl Buffers {
         words.resize(words.len() + control::MAX_RING as usize, self.sizes.tiles);
         words.resize(words.len() + self.sizes.pool_blocks as usize, control::NONE);
         queue.write_buffer(&self.control, 0, bytemuck::cast_slice(&words));
+        // The first pass of a measured order follows the numbers of the tiles.
+        let first: Vec<u32> = (0..self.sizes.ordered_tiles).collect();
+        let place = Control::words(self.sizes.pool_blocks, 0) * 4;
+        queue.write_buffer(&self.control, place, bytemuck::cast_slice(&first));
     }
 }

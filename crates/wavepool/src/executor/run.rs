@@ -17,6 +17,7 @@ use crate::{
     control::{Control, arguments, counter_64, counters},
     film::planes_of,
     plan::{Launch, Size},
+    policy::OrderRule,
 };
 
 /// Submissions queued before the host waits.
@@ -47,6 +48,7 @@ impl Scheduler {
             pool_blocks,
             ring,
             tiles: self.source.tiles(),
+            ordered_tiles: if matches!(self.schedule.order.rule(), OrderRule::Measured(_)) { self.source.tiles() } else { 0 },
             result_planes: leaves.len() as u32 + 1,
             film_planes: 1 + leaves.iter().map(|leaf| planes_of(leaf.scalar) as u32).sum::<u32>(),
             bank_words,

@@ -14,5 +14,5 @@ mod work_source;
 pub use execution::Execution;
 pub use regeneration::{BlockInPlace, NeverRegenerate, Regeneration};
 pub use roulette::{PerLane, Roulette};
-pub use tile_order::{Scanline, TileOrder};
+pub use tile_order::{DepthMax, DepthMean, MAX_KEY, OrderRule, Scanline, TileFormula, TileMeasure, TileOrder};
 pub use work_source::{ImageTiles, LinearRange, WorkSource};

@@ -7,8 +7,10 @@
 //! **Invariant:** for every device-decided wavefront schedule, [`Replay`] equals the device's counters exactly.
 
 mod occupancy;
+mod queue;
 
 pub use occupancy::{Occupancy, WIDTHS};
+use queue::Queue;
 
 use crate::{Schedule, layout::BLOCK, policy::WorkSource};
 
@@ -76,6 +78,12 @@ impl Replay {
 /// One slot of the pool.
 struct Block {
     pass_index: u32,
+    tile: u32,
+    /// The step the tile began in, from 1.
+    birth: u32,
+    items: u32,
+    /// Live lanes summed over the steps so far, the coming one included.
+    lane_steps: u32,
     /// Steps left per lane.
     left: [u32; BLOCK as usize],
 }
@@ -85,7 +93,7 @@ pub fn replay(schedule: &Schedule, source: &dyn WorkSource, passes: u32, pool_bl
     let mut state = State {
         pool: (0..pool_blocks).map(|_| None).collect(),
         outstanding: vec![source.tiles(); ring as usize],
-        next: 0,
+        queue: Queue::new(schedule.order.rule(), source.tiles()),
         resolved: 0,
         step: 0,
     };
@@ -99,22 +107,24 @@ pub fn replay(schedule: &Schedule, source: &dyn WorkSource, passes: u32, pool_bl
     report
 }
 
-struct State {
+struct State<'a> {
     pool: Vec<Option<Block>>,
     /// Tiles of the pass in each slot of the ring that have not been retired.
     outstanding: Vec<u32>,
-    /// Tiles handed out so far, over all passes.
-    next: u64,
+    queue: Queue<'a>,
     resolved: u32,
     step: u32,
 }
 
-impl State {
+impl State<'_> {
     fn tick(&mut self, schedule: &Schedule, source: &dyn WorkSource, passes: u32, lengths: &dyn WalkLengths, report: &mut Replay) {
         let ring = self.outstanding.len() as u32;
         for slot in &mut self.pool {
             if let Some(block) = slot.take_if(|block| block.left.iter().all(|left| *left == 0)) {
+                self.queue.tile_ended(&block, self.step);
                 self.outstanding[(block.pass_index % ring) as usize] -= 1;
+            } else if let Some(block) = slot {
+                block.lane_steps += block.left.iter().filter(|left| **left > 0).count() as u32;
             }
         }
         let oldest = (self.resolved % ring) as usize;
@@ -126,23 +136,22 @@ impl State {
 
         let live = self.pool.iter().flatten().count() as u32;
         let dead = self.pool.len() as u32 - live;
-        let tiles = u64::from(source.tiles());
-        let queued = u64::from(passes.min(self.resolved + ring)) * tiles - self.next;
+        let queued = self.queue.left(passes.min(self.resolved + ring));
         if dead == 0 || queued == 0 || !schedule.regeneration.regenerate(live, dead, self.step) {
             return;
         }
-        // The tick counts the step before it hands out tiles: assignments carry the number of the step they begin in, from 1.
         let assigned = queued.min(u64::from(dead)) as u32;
         report.regenerations.push(assigned);
+        let tiles = self.queue.take(assigned, self.pool.iter().flatten(), self.step);
         let free = self.pool.iter_mut().enumerate().filter(|(_, slot)| slot.is_none());
-        for (block, slot) in free.take(assigned as usize) {
-            let pass_index = (self.next / tiles) as u32;
-            let tile = schedule.order.tile_at(pass_index, (self.next % tiles) as u32, source.tiles());
+        for ((block, slot), (pass_index, tile)) in free.zip(tiles) {
             let mut left = [0; BLOCK as usize];
             lengths.of_tile(pass_index, tile, &mut left);
-            report.assignments.push(Assignment { step: self.step + 1, block: block as u32, pass_index, tile });
-            *slot = Some(Block { pass_index, left });
-            self.next += 1;
+            let items = left.iter().filter(|left| **left > 0).count() as u32;
+            // The tick counts the coming step before it hands out tiles.
+            let birth = self.step + 1;
+            report.assignments.push(Assignment { step: birth, block: block as u32, pass_index, tile });
+            *slot = Some(Block { pass_index, tile, birth, items, lane_steps: items, left });
         }
     }
 

@@ -12,7 +12,7 @@ use super::{Interface, LeafSet};
 use crate::{
     control,
     layout::{BLOCK, Layout, Scalar},
-    policy::{Execution, Regeneration, Roulette, TileOrder, WorkSource},
+    policy::{Execution, OrderRule, Regeneration, Roulette, TileOrder, WorkSource},
 };
 
 /// Everything the generator needs to know about a run.
@@ -44,13 +44,18 @@ pub(crate) fn header(source: &dyn WorkSource) -> String {
 /// The scheduler's own kernels: tick or advance, and resolve, each with its bindings.
 pub(crate) fn tick_module(glue: &Glue) -> (String, String) {
     let shader = |path: &str| wavepool_shaders::SCHEDULER.iter().find(|module| module.path == path).map_or("", |module| module.text);
+    let order = match (glue.order.rule(), glue.execution) {
+        (_, Execution::Megakernel) => String::new(),
+        (OrderRule::Formula(formula), _) => format!("{}{}", formula.wgsl(), shader("scheduler::order_formula")),
+        (OrderRule::Measured(measure), _) => format!("{}{}", measure.wgsl(), shader("scheduler::order_measured")),
+    };
     let tick = format!(
         "{}@group(0) @binding(0) var<storage, read_write> wf_control: WfControl;\n\
          @group(0) @binding(1) var<storage, read_write> wf_counters: array<atomic<u32>>;\n\
          @group(0) @binding(2) var<storage, read_write> wf_arguments: array<u32>;\n{}{}{}{}{}",
         control::declarations(),
         glue.source.wgsl(),
-        glue.order.wgsl(),
+        order,
         glue.regeneration.wgsl(),
         shader("scheduler::arguments"),
         match glue.execution {
@@ -92,7 +97,6 @@ pub(crate) fn tick_module(glue: &Glue) -> (String, String) {
 /// The kernels around the user's functions, to be appended to the composed program.
 pub(crate) fn kernels(glue: &Glue) -> String {
     let mut out = String::new();
-    out.push_str(&glue.order.wgsl());
     if let Some(roulette) = glue.roulette {
         out.push_str(&roulette.wgsl());
     }
@@ -103,7 +107,12 @@ pub(crate) fn kernels(glue: &Glue) -> String {
             generate_kernel(glue, &mut out);
             (0..glue.interface.stages.len()).for_each(|index| stage_kernel(glue, index, &mut out));
         }
-        Execution::Megakernel => megakernel(glue, &mut out),
+        Execution::Megakernel => {
+            if let OrderRule::Formula(formula) = glue.order.rule() {
+                out.push_str(&formula.wgsl());
+            }
+            megakernel(glue, &mut out);
+        }
     }
     out
 }

@@ -1,0 +1,79 @@
+//! The tile queue: which tile comes next, by formula or by what tiles took before.
+
+use super::Block;
+use crate::{
+    control::KEY_BITS,
+    policy::{MAX_KEY, OrderRule},
+};
+
+pub(super) struct Queue<'a> {
+    rule: OrderRule<'a>,
+    tiles: u32,
+    next_pass: u32,
+    next_position: u32,
+    /// Of a measured order: the tiles of the pass being handed out.
+    current: Vec<u32>,
+    /// Of a measured order: per tile, the pass it was measured in and its key.
+    estimates: Vec<u32>,
+}
+
+impl<'a> Queue<'a> {
+    pub(super) fn new(rule: OrderRule<'a>, tiles: u32) -> Self {
+        Queue { rule, tiles, next_pass: 0, next_position: 0, current: (0..tiles).collect(), estimates: vec![0; tiles as usize] }
+    }
+
+    /// Tiles of the first `passes` passes that nobody has taken.
+    pub(super) fn left(&self, passes: u32) -> u64 {
+        u64::from(passes - self.next_pass) * u64::from(self.tiles) - u64::from(self.next_position)
+    }
+
+    fn key(&self, block: &Block, step: u32) -> u32 {
+        match self.rule {
+            OrderRule::Formula(_) => 0,
+            OrderRule::Measured(measure) => measure.key(step + 1 - block.birth, block.lane_steps, block.items).min(MAX_KEY),
+        }
+    }
+
+    /// Remembers what a tile took; of several passes of a tile the latest counts.
+    pub(super) fn tile_ended(&mut self, block: &Block, step: u32) {
+        let entry = block.pass_index << KEY_BITS | self.key(block, step);
+        let estimate = &mut self.estimates[block.tile as usize];
+        *estimate = entry.max(*estimate);
+    }
+
+    /// The next `count` tiles with their passes. The order of passes that begin here is fixed before any of their tiles is taken.
+    pub(super) fn take<'b>(&mut self, count: u32, running: impl Iterator<Item = &'b Block>, step: u32) -> Vec<(u32, u32)> {
+        let ends_a_pass = self.next_position + count >= self.tiles;
+        let next = if ends_a_pass { self.sorted(running, step) } else { Vec::new() };
+        let tiles = (self.next_position..self.next_position + count)
+            .map(|place| {
+                let (pass_index, position) = (self.next_pass + place / self.tiles, place % self.tiles);
+                let tile = match self.rule {
+                    OrderRule::Formula(formula) => formula.tile_at(pass_index, position, self.tiles),
+                    OrderRule::Measured(_) if place < self.tiles => self.current[position as usize],
+                    OrderRule::Measured(_) => next[position as usize],
+                };
+                (pass_index, tile)
+            })
+            .collect();
+        let place = self.next_position + count;
+        self.next_pass += place / self.tiles;
+        self.next_position = place % self.tiles;
+        if ends_a_pass {
+            self.current = next;
+        }
+        tiles
+    }
+
+    /// All tiles, largest key first.
+    fn sorted<'b>(&self, running: impl Iterator<Item = &'b Block>, step: u32) -> Vec<u32> {
+        let mut keys: Vec<u32> = self.estimates.iter().map(|estimate| estimate & MAX_KEY).collect();
+        for block in running {
+            let key = &mut keys[block.tile as usize];
+            *key = self.key(block, step).max(*key);
+        }
+        let mut order: Vec<u32> = (0..self.tiles).collect();
+        order.sort_by_key(|tile| std::cmp::Reverse(keys[*tile as usize]));
+        order
+    }
+}

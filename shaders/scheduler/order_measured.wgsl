@@ -1,0 +1,133 @@
+// Tile orders by what tiles took before: the largest key first, ties by tile index. The order of a pass is fixed in the tick that hands
+// out the last tile of the pass before it; tiles that still run count with what they have taken so far, if that is more.
+// Source: Frolov and Galaktionov, Low overhead path regeneration, 2016 (longest processing time first).
+
+const WF_KEYS: u32 = 1u << WF_KEY_BITS;
+
+// Tiles per key, then the place of the next tile of that key.
+var<workgroup> wf_buckets: array<atomic<u32>, WF_KEYS>;
+var<workgroup> wf_bucket_sums: array<u32, 256>;
+var<workgroup> wf_round_keys: array<u32, 256>;
+// Tiles to sort, 0 when no pass ends.
+var<workgroup> wf_sort_tiles: u32;
+
+fn wf_key_of(block: u32, steps: u32) -> u32 {
+    let items = wf_tile_items(wf_block_tile(block));
+    return min(wf_tile_key(steps, wf_block_lane_steps(block), items), WF_KEYS - 1u);
+}
+
+// Steps that the block's tile has taken.
+fn wf_steps_taken(block: u32, steps_done: u32) -> u32 {
+    return steps_done + 1u - wf_block_birth(block);
+}
+
+// Remembers what the tile took; of several passes of a tile the latest counts, whichever ends first.
+fn wf_tile_ended(block: u32) {
+    let key = wf_key_of(block, wf_steps_taken(block, wf_control.step));
+    let entry = (wf_block_pass(block) << WF_KEY_BITS) | key;
+    atomicMax(&wf_counters[wf_estimate(wf_block_tile(block))], entry);
+}
+
+fn wf_tile_goes_on(block: u32, lanes: u32) {
+    wf_control.words[wf_block_lane_steps_word(block)] += lanes;
+}
+
+fn wf_tile_begins(block: u32, lanes: u32) {
+    wf_control.words[wf_block_lane_steps_word(block)] = lanes;
+}
+
+fn wf_queued_tile(place: u32) -> u32 {
+    let tiles = wf_control.tiles;
+    // Passes that begin in the same tick have the same order: nothing is learnt between them.
+    let is_next = place >= tiles;
+    let slot = select(wf_control.order_slot, 1u - wf_control.order_slot, is_next);
+    return wf_control.words[wf_order_word(slot) + place % tiles];
+}
+
+// Sorts when this tick hands out the last tile of a pass. The tick then turns the two
+// orders around.
+fn wf_order_passes(lane: u32) {
+    if (lane == 0u) {
+        let handed_out = wf_assignment.z + wf_assignment.x;
+        wf_sort_tiles = select(0u, wf_control.tiles, wf_assignment.x > 0u && handed_out >= wf_control.tiles);
+    }
+    let tiles = workgroupUniformLoad(&wf_sort_tiles);
+    if (tiles > 0u) {
+        wf_sort(lane, tiles);
+    }
+}
+
+fn wf_sort(lane: u32, tiles: u32) {
+    // Gather the keys: the estimate, or what a running tile has taken already.
+    for (var tile = lane; tile < tiles; tile += 256u) {
+        atomicStore(&wf_counters[wf_sort_key(tile)], atomicLoad(&wf_counters[wf_estimate(tile)]) & (WF_KEYS - 1u));
+    }
+    for (var key = lane; key < WF_KEYS; key += 256u) {
+        atomicStore(&wf_buckets[key], 0u);
+    }
+    storageBarrier();
+    workgroupBarrier();
+    for (var block = lane; block < wf_control.pool_blocks; block += 256u) {
+        let tile = wf_block_tile(block);
+        if (tile != WF_NONE) {
+            atomicMax(&wf_counters[wf_sort_key(tile)], wf_key_of(block, wf_steps_taken(block, wf_assignment.w - 1u)));
+        }
+    }
+    storageBarrier();
+    workgroupBarrier();
+
+    // Count the tiles of each key, and sum over the larger keys.
+    for (var tile = lane; tile < tiles; tile += 256u) {
+        atomicAdd(&wf_buckets[atomicLoad(&wf_counters[wf_sort_key(tile)])], 1u);
+    }
+    workgroupBarrier();
+    var counts: array<u32, 4>;
+    var sum = 0u;
+    for (var i = 0u; i < 4u; i++) {
+        counts[i] = atomicLoad(&wf_buckets[WF_KEYS - 1u - 4u * lane - i]);
+        sum += counts[i];
+    }
+    wf_bucket_sums[lane] = sum;
+    for (var distance = 1u; distance < 256u; distance <<= 1u) {
+        workgroupBarrier();
+        var before = wf_bucket_sums[lane];
+        if (lane >= distance) {
+            before += wf_bucket_sums[lane - distance];
+        }
+        workgroupBarrier();
+        wf_bucket_sums[lane] = before;
+    }
+    workgroupBarrier();
+    var start = wf_bucket_sums[lane] - sum;
+    for (var i = 0u; i < 4u; i++) {
+        atomicStore(&wf_buckets[WF_KEYS - 1u - 4u * lane - i], start);
+        start += counts[i];
+    }
+    workgroupBarrier();
+
+    // Place the tiles, 256 at a time, equal keys in the order of their tiles.
+    let order = wf_order_word(1u - wf_control.order_slot);
+    for (var round = 0u; round < tiles; round += 256u) {
+        let tile = round + lane;
+        var key = WF_NONE;
+        if (tile < tiles) {
+            key = atomicLoad(&wf_counters[wf_sort_key(tile)]);
+        }
+        wf_round_keys[lane] = key;
+        workgroupBarrier();
+        var place = 0u;
+        if (tile < tiles) {
+            place = atomicLoad(&wf_buckets[key]);
+            for (var other = 0u; other < lane; other++) {
+                place += select(0u, 1u, wf_round_keys[other] == key);
+            }
+        }
+        workgroupBarrier();
+        if (tile < tiles) {
+            wf_control.words[order + place] = tile;
+            atomicAdd(&wf_buckets[key], 1u);
+        }
+        workgroupBarrier();
+    }
+    storageBarrier();
+}
