@@ -98,7 +98,7 @@ impl Renderer {
     /// As [`new`](Self::new).
     pub fn on(device: &wgpu::Device, queue: &wgpu::Queue, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
         let limits = device.limits();
-        let binding_limit = u64::from(limits.max_storage_buffer_binding_size).min(limits.max_buffer_size);
+        let binding_limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let packed = pack(scene, settings, binding_limit)?;
         let program = program_of(&packed)?;
         let resources = upload(device, &packed)?;

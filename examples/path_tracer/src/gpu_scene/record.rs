@@ -173,6 +173,7 @@ macro_rules! gpu_record {
 pub(crate) use {field_type, gpu_record};
 
 #[cfg(test)]
+#[allow(unreachable_pub, reason = "the macro declares records for other modules")]
 mod tests {
     use super::*;
 
