@@ -48,7 +48,10 @@ impl Effects {
                 let is_coated = material.flags & material_flags::COAT != 0 && material.transmission < 1.0;
                 material.metallic > 0.0 || is_coated
             }),
-            transmission: any(|material| material.transmission > 0.0 && material.metallic < 1.0),
+            // A texture may take away what the factor says, and glTF's default factor is 1.
+            transmission: any(|material| {
+                material.transmission > 0.0 && (material.metallic < 1.0 || material.metallic_roughness_texture != NONE)
+            }),
             ..Effects::default()
         }
     }
@@ -91,6 +94,15 @@ mod tests {
     use glam::Vec4;
 
     use super::*;
+
+    // Kills: glass that is drawn black because its metallic factor is 1 and only the texture says 0 (it was, in a Khronos sample).
+    #[test]
+    fn a_texture_may_undo_the_metal_of_a_glass() {
+        let metal = MaterialRecord { transmission: 1.0, metallic: 1.0, metallic_roughness_texture: NONE, ..MaterialRecord::default() };
+        assert!(!Effects::of_surfaces(&[metal], &[]).transmission);
+        let textured = MaterialRecord { metallic_roughness_texture: 0, ..metal };
+        assert!(Effects::of_surfaces(&[textured], &[]).transmission);
+    }
 
     // Kills: a row of attributes that the vertices do not have, an effect that nothing calls for.
     #[test]
