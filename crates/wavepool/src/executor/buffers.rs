@@ -3,30 +3,12 @@
 use super::{
     kernels::{Class, Kernels, scoped},
     readback::Staging,
+    sizes::Sizes,
 };
 use crate::{
     Result,
     control::{self, Control},
 };
-
-/// How large everything is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Sizes {
-    pub(super) pool_blocks: u32,
-    pub(super) ring: u32,
-    pub(super) tiles: u32,
-    /// Tiles that a measured order sorts; 0 for formulas.
-    pub(super) ordered_tiles: u32,
-    pub(super) result_planes: u32,
-    pub(super) film_planes: u32,
-    pub(super) bank_words: u64,
-}
-
-impl Sizes {
-    pub(super) fn places(&self) -> u64 {
-        u64::from(self.tiles) * 256
-    }
-}
 
 #[derive(Debug)]
 pub(super) struct Buffers {

@@ -10,20 +10,22 @@ mod kernels;
 mod readback;
 mod resources;
 mod run;
+mod sizes;
 
 use std::time::Duration;
 
 pub use resources::{Resources, upload};
 
 use crate::{
-    Error, Film, Program, Result, Schedule,
+    Film, Program, Result, Schedule,
     layout::Layout,
     plan::Plan,
-    policy::{Execution, WorkSource},
+    policy::{Execution, OrderRule, WorkSource},
     shader::{Linked, link},
 };
 use buffers::Buffers;
 use kernels::Kernels;
+use sizes::{Demand, Sizes};
 
 /// A program, a work source and a schedule, made ready on a device.
 #[derive(Debug)]
@@ -168,46 +170,19 @@ impl Scheduler {
         self.run_with(0, passes, |_| std::ops::ControlFlow::Continue(()))
     }
 
-    fn pool(&self, passes: u32) -> Result<(u32, u32)> {
+    fn sizes(&self, passes: u32) -> Result<Sizes> {
         let limits = self.device.limits();
-        let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        let tiles = self.source.tiles();
-        let useful = (u64::from(tiles) * u64::from(passes)).min(u64::from(u32::MAX)) as u32;
-        let block_bytes = u64::from(self.layout.stride()) * 4;
-        let state = |blocks: u32| if self.schedule.execution == Execution::Megakernel { 0 } else { u64::from(blocks) * block_bytes };
-        let fitting = match self.schedule.execution {
-            Execution::Megakernel => u32::MAX,
-            Execution::Wavefront => (binding / block_bytes).min(u64::from(u32::MAX)) as u32,
-        };
-        let blocks = match self.schedule.pool_blocks {
-            Some(blocks) => blocks.clamp(1, MAX_POOL_BLOCKS).min(useful),
-            None => default_pool_blocks(&self.device).min(useful).min(fitting),
-        };
-        if state(blocks) > binding {
-            return Err(Error::Limit {
-                what: format!("the state of {blocks} blocks"),
-                need: state(blocks),
-                limit: binding,
-                unit: "bytes",
-                advice: format!("ask for at most {fitting} blocks"),
-            });
-        }
-        let result_bytes = u64::from(tiles) * 1024 * (self.program.interface().result.len() as u64 + 1);
-        let rings = (binding / result_bytes.max(1)).min(64) as u32;
-        if rings == 0 {
-            return Err(Error::Limit {
-                what: format!("the results of one pass over {tiles} tiles"),
-                need: result_bytes,
-                limit: binding,
-                unit: "bytes",
-                advice: "render fewer pixels at a time".into(),
-            });
-        }
-        let wanted = match self.schedule.execution {
-            Execution::Wavefront => 2 + blocks.div_ceil(tiles.max(1)),
-            Execution::Megakernel => 1,
-        };
-        Ok((blocks, wanted.min(passes).min(rings).max(1)))
+        Sizes::choose(&Demand {
+            execution: self.schedule.execution,
+            pool_blocks: self.schedule.pool_blocks,
+            default_blocks: default_pool_blocks(&self.device),
+            tiles: self.source.tiles(),
+            passes,
+            stride: self.layout.stride(),
+            result: &self.program.interface().result,
+            is_order_measured: matches!(self.schedule.order.rule(), OrderRule::Measured(_)),
+            binding: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
+        })
     }
 }
 
@@ -216,6 +191,3 @@ impl Scheduler {
 fn default_pool_blocks(device: &wgpu::Device) -> u32 {
     if device.adapter_info().device_type == wgpu::DeviceType::Cpu { 128 } else { 4096 }
 }
-
-/// The threshold arithmetic of the tick is exact up to here.
-const MAX_POOL_BLOCKS: u32 = 1 << 19;

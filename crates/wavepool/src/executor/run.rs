@@ -8,16 +8,14 @@ use std::{
 
 use super::{
     Buffers, Execution, Progress, Report, Scheduler,
-    buffers::Sizes,
     kernels::scoped,
     readback::{self, Pending, Snapshot},
+    sizes::Sizes,
 };
 use crate::{
     Error, Film, Result,
     control::{Control, arguments, counter_64, counters},
-    film::planes_of,
     plan::{Launch, Size},
-    policy::OrderRule,
 };
 
 /// Submissions queued before the host waits.
@@ -41,18 +39,7 @@ impl Scheduler {
             let film = Film::gather(&leaves, pixels, 0, &[], |_| None, 0);
             return Ok((film, Report { schedule: self.schedule.to_string(), ..Report::default() }));
         }
-        let (pool_blocks, ring) = self.pool(passes)?;
-        let bank_words =
-            if self.schedule.execution == Execution::Megakernel { 4 } else { u64::from(self.layout.stride()) * u64::from(pool_blocks) };
-        let sizes = Sizes {
-            pool_blocks,
-            ring,
-            tiles: self.source.tiles(),
-            ordered_tiles: if matches!(self.schedule.order.rule(), OrderRule::Measured(_)) { self.source.tiles() } else { 0 },
-            result_planes: leaves.len() as u32 + 1,
-            film_planes: 1 + leaves.iter().map(|leaf| planes_of(leaf.scalar) as u32).sum::<u32>(),
-            bank_words,
-        };
+        let sizes = self.sizes(passes)?;
         let buffers = match self.buffers.take() {
             Some(buffers) if buffers.sizes == sizes => buffers,
             _ => Buffers::new(&self.device, &self.kernels, sizes)?,
@@ -62,8 +49,8 @@ impl Scheduler {
             tiles: sizes.tiles,
             passes,
             first_sample: first,
-            pool_blocks,
-            ring,
+            pool_blocks: sizes.pool_blocks,
+            ring: sizes.ring,
             seed: self.seed,
             ..Control::default()
         };

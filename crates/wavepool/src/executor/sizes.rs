@@ -1,0 +1,130 @@
+//! How large everything is: a pure function of the program, the schedule and the limits of the device.
+//!
+//! **Invariant:** what [`Sizes::choose`] returns fits into the bindings of the device; what cannot fit is an error that says how much is
+//! missing, before anything is allocated.
+
+use crate::{
+    Error, Result,
+    film::planes_of,
+    layout::{BLOCK, Leaf},
+    policy::Execution,
+};
+
+/// What a run asks for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Demand<'a> {
+    pub(super) execution: Execution,
+    /// Blocks that the schedule asks for.
+    pub(super) pool_blocks: Option<u32>,
+    /// Blocks to take when it does not.
+    pub(super) default_blocks: u32,
+    pub(super) tiles: u32,
+    pub(super) passes: u32,
+    /// Words of state per block.
+    pub(super) stride: u32,
+    pub(super) result: &'a [Leaf],
+    /// True when the order of the tiles is kept on the device.
+    pub(super) is_order_measured: bool,
+    /// Bytes that one binding can hold.
+    pub(super) binding: u64,
+}
+
+/// How large everything is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Sizes {
+    pub(super) pool_blocks: u32,
+    /// Passes whose results are kept at once.
+    pub(super) ring: u32,
+    pub(super) tiles: u32,
+    /// Tiles that a measured order sorts; 0 for formulas.
+    pub(super) ordered_tiles: u32,
+    pub(super) result_planes: u32,
+    pub(super) film_planes: u32,
+    pub(super) bank_words: u64,
+}
+
+/// The threshold arithmetic of the tick is exact up to here.
+const MAX_POOL_BLOCKS: u32 = 1 << 19;
+
+impl Sizes {
+    /// Chooses the pool and the ring.
+    pub(super) fn choose(demand: &Demand) -> Result<Sizes> {
+        let tiles = u64::from(demand.tiles);
+        let is_wavefront = demand.execution == Execution::Wavefront;
+        let useful = (tiles * u64::from(demand.passes)).min(u64::from(MAX_POOL_BLOCKS)) as u32;
+        let block_bytes = u64::from(demand.stride) * 4;
+        let fitting =
+            if is_wavefront { (demand.binding / block_bytes.max(1)).min(u64::from(MAX_POOL_BLOCKS)) as u32 } else { MAX_POOL_BLOCKS };
+        let pool_blocks = demand.pool_blocks.unwrap_or(demand.default_blocks.min(fitting)).clamp(1, useful.max(1));
+        let bank_words = if is_wavefront { u64::from(demand.stride) * u64::from(pool_blocks) } else { 0 };
+        let limit = |what: String, need: u64, advice: String| match need > demand.binding {
+            true => Err(Error::Limit { what, need, limit: demand.binding, unit: "bytes", advice }),
+            false => Ok(()),
+        };
+        limit(format!("the state of {pool_blocks} blocks"), bank_words * 4, format!("ask for at most {fitting} blocks"))?;
+
+        let plane_bytes = tiles * u64::from(BLOCK) * 4;
+        let result_planes = demand.result.len() as u32 + 1;
+        let film_planes = 1 + demand.result.iter().map(|leaf| planes_of(leaf.scalar) as u32).sum::<u32>();
+        let smaller = || "run fewer pixels at a time".to_owned();
+        limit(format!("the film of {} tiles", demand.tiles), plane_bytes * u64::from(film_planes), smaller())?;
+        limit(format!("the results of one pass over {} tiles", demand.tiles), plane_bytes * u64::from(result_planes), smaller())?;
+        let fitting = demand.binding / (plane_bytes * u64::from(result_planes)).max(1);
+        let wanted = if is_wavefront { 2 + pool_blocks.div_ceil(demand.tiles.max(1)) } else { 1 };
+        let ring = wanted.min(demand.passes).min(crate::control::MAX_RING).min(fitting.min(u64::from(u32::MAX)) as u32).max(1);
+        let ordered_tiles = if demand.is_order_measured { demand.tiles } else { 0 };
+        Ok(Sizes { pool_blocks, ring, tiles: demand.tiles, ordered_tiles, result_planes, film_planes, bank_words })
+    }
+
+    /// Places of a plane of the film, and of the results of a pass.
+    pub(super) fn places(&self) -> u64 {
+        u64::from(self.tiles) * u64::from(BLOCK)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::Scalar;
+
+    fn choose(change: impl Fn(&mut Demand)) -> Result<Sizes> {
+        let result: Vec<Leaf> = ["x", "y", "z"].map(|path| Leaf { path: path.into(), scalar: Scalar::F32 }).to_vec();
+        let mut demand = Demand {
+            execution: Execution::Wavefront,
+            pool_blocks: None,
+            default_blocks: 1000,
+            tiles: 100,
+            passes: 8,
+            stride: 20 * 256,
+            result: &result,
+            is_order_measured: false,
+            binding: 128 << 20,
+        };
+        change(&mut demand);
+        Sizes::choose(&demand)
+    }
+
+    /// Kills: a pool larger than the work, a ring shorter than what the pool can have in flight, or longer than the passes.
+    #[test]
+    fn pool_and_ring_follow_the_work() {
+        let sizes = choose(|_| {}).expect("fits");
+        assert_eq!((sizes.pool_blocks, sizes.ring, sizes.result_planes, sizes.film_planes), (800, 8, 4, 10));
+        assert_eq!(sizes.bank_words, 800 * 20 * 256);
+        let sizes = choose(|demand| demand.pool_blocks = Some(25)).expect("fits");
+        assert_eq!((sizes.pool_blocks, sizes.ring), (25, 3));
+        let sizes = choose(|demand| demand.execution = Execution::Megakernel).expect("fits");
+        assert_eq!((sizes.ring, sizes.bank_words), (1, 0));
+        let sizes = choose(|demand| demand.tiles = 20_000).expect("a short ring");
+        assert_eq!((sizes.pool_blocks, sizes.ring), (1000, 1));
+    }
+
+    /// Kills: a buffer that the device refuses, after minutes of work or with a message that does not say how much would fit.
+    #[test]
+    fn what_does_not_fit_is_refused_with_numbers() {
+        let refused = |change: &dyn Fn(&mut Demand)| choose(change).expect_err("too large").to_string();
+        let message = refused(&|demand| (demand.pool_blocks, demand.tiles) = (Some(7000), 10_000));
+        assert!(message.contains("7000 blocks") && message.contains("at most 6553 blocks"), "{message}");
+        let message = refused(&|demand| demand.tiles = 50_000);
+        assert!(message.contains("the film of 50000 tiles") && message.contains("134217728"), "{message}");
+    }
+}
