@@ -114,8 +114,8 @@ mod tests {
         assert_eq!((sizes.pool_blocks, sizes.ring), (25, 3));
         let sizes = choose(|demand| demand.execution = Execution::Megakernel).expect("fits");
         assert_eq!((sizes.ring, sizes.bank_words), (1, 0));
-        let sizes = choose(|demand| demand.tiles = 20_000).expect("a short ring");
-        assert_eq!((sizes.pool_blocks, sizes.ring), (1000, 1));
+        let sizes = choose(|demand| demand.tiles = 12_000).expect("a short ring");
+        assert_eq!((sizes.pool_blocks, sizes.ring), (1000, 2));
     }
 
     /// Kills: a buffer that the device refuses, after minutes of work or with a message that does not say how much would fit.
