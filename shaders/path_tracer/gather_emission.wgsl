@@ -1,32 +1,21 @@
 // Stage: adds the light that the ray ran into, weighted against light sampling, and ends paths that left or may not scatter again.
 
-import package::math::mis::power_heuristic;
 import package::math::triangle::triangle_plane;
-import package::path_tracer::effects::{HAS_ENVIRONMENT, HAS_TRIANGLE_LIGHTS, LIGHT_STRATEGY, STRATEGY_LIGHTS, STRATEGY_MIS};
+import package::path_tracer::effects::{HAS_ENVIRONMENT, HAS_TRIANGLE_LIGHTS};
 import package::path_tracer::emission::emitted_radiance;
 import package::path_tracer::environment::environment_towards;
+import package::path_tracer::found_weight::found_weight;
 import package::path_tracer::light_triangle::triangle_light_pdf;
 import package::path_tracer::path::Path;
 import package::path_tracer::records::{NONE, TRIANGLE_EMISSIVE, TRIANGLE_MATERIAL_MASK, TRIANGLE_ROWS};
 import package::path_tracer::scene_access::{load_light, load_material, load_triangle, triangles, view};
-
-// The weight of a light that was run into; `light_pdf` is what light sampling would have had, selection included.
-fn weight_of_running_into(bsdf_pdf: f32, light_pdf: f32) -> f32 {
-    if bsdf_pdf == 0.0 || light_pdf <= 0.0 {
-        return 1.0;
-    }
-    if LIGHT_STRATEGY == STRATEGY_MIS {
-        return power_heuristic(bsdf_pdf, light_pdf);
-    }
-    return select(1.0, 0.0, LIGHT_STRATEGY == STRATEGY_LIGHTS);
-}
 
 fn gather_emission(path: ptr<function, Path>) -> u32 {
     let slot = (*path).hit_triangle;
     if slot == NONE {
         if HAS_ENVIRONMENT {
             let seen = environment_towards((*path).direction);
-            let weight = weight_of_running_into((*path).bsdf_pdf, seen.pdf * view.environment_selection);
+            let weight = found_weight(path, seen.pdf * view.environment_selection);
             (*path).radiance += (*path).beta * (seen.radiance * weight);
         }
         return FINISH;
@@ -47,7 +36,7 @@ fn gather_emission(path: ptr<function, Path>) -> u32 {
                 let offset = triangle.v0 + barycentrics.x * e1 + barycentrics.y * e2 - (*path).origin;
                 light_pdf = light.pmf * triangle_light_pdf(light.inverse_area, offset, plane);
             }
-            (*path).radiance += (*path).beta * (radiance * weight_of_running_into((*path).bsdf_pdf, light_pdf));
+            (*path).radiance += (*path).beta * (radiance * found_weight(path, light_pdf));
         }
     }
     return select(CONTINUE, FINISH, (*path).depth >= view.max_depth);

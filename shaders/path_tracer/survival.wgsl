@@ -2,6 +2,7 @@
 // swelling of radiance inside glass.
 
 import package::math::vector::max_component;
+import package::path_tracer::eta_scale::current_eta_scale;
 import package::path_tracer::path::Path;
 import package::path_tracer::scene_access::view;
 
@@ -10,5 +11,5 @@ fn survival(path: ptr<function, Path>) -> f32 {
         return 1.0;
     }
     let throughput = max_component((*path).beta);
-    return clamp(max(throughput, throughput * (*path).eta_scale), view.roulette_floor, 1.0);
+    return clamp(max(throughput, throughput * current_eta_scale(path)), view.roulette_floor, 1.0);
 }

@@ -191,20 +191,31 @@ impl GpuScene {
         })
     }
 
-    /// All modules that the stages import: shared math, the path tracer's files, the generated records and this scene's effects.
+    /// All modules that the stages import: shared math, the path tracer's files, the generated records and this scene's effects. Of a
+    /// file `x` with a twin `x_absent`, the one that the scene calls for, under the name `x`.
     pub fn program_modules(&self) -> Vec<ProgramModule> {
-        let files = wavepool_shaders::MATH.iter().chain(wavepool_shaders::PATH_TRACER);
-        let module = |module: &wavepool_shaders::Module| ProgramModule {
-            path: Cow::Borrowed(module.path),
-            file: Cow::Borrowed(module.file),
-            text: Cow::Borrowed(module.text),
+        let is_absent = |path: &str| match path.strip_prefix("path_tracer::") {
+            Some("ray_key") => !self.facts.effects.alpha,
+            Some("eta_scale") => !self.facts.effects.transmission,
+            Some("found_weight") => !self.facts.has_samplable_lights,
+            _ => false,
+        };
+        let file = |module: &wavepool_shaders::Module| {
+            let present = module.path.strip_suffix("_absent");
+            let path = present.unwrap_or(module.path);
+            (is_absent(path) == present.is_some()).then(|| ProgramModule {
+                path: Cow::Borrowed(path),
+                file: Cow::Borrowed(module.file),
+                text: Cow::Borrowed(module.text),
+            })
         };
         let generated = |path: &'static str, text: String| ProgramModule {
             path: Cow::Borrowed(path),
             file: Cow::Owned(format!("generated {path}")),
             text: Cow::Owned(text),
         };
-        let mut modules: Vec<ProgramModule> = files.map(module).collect();
+        let mut modules: Vec<ProgramModule> =
+            wavepool_shaders::MATH.iter().chain(wavepool_shaders::PATH_TRACER).filter_map(|module| file(module)).collect();
         modules.push(generated("path_tracer::records", records_wgsl()));
         modules.push(generated("path_tracer::effects", self.effects_wgsl.clone()));
         modules
@@ -218,4 +229,71 @@ fn bounded(what: &'static str, mut bytes: Vec<u8>, limit: u64) -> Result<Vec<u8>
     }
     bytes.resize(bytes.len().next_multiple_of(16).max(32), 0);
     Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Mat4, Vec3, Vec4};
+
+    use super::*;
+    use crate::scene::{AlphaMode, LightKind, Material, Projection, PunctualLight, Triangle, Vertex};
+
+    fn triangle(material: Material) -> Scene {
+        let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        Scene {
+            vertices: corners.map(|position| Vertex { position, normal: Vec3::Z, color: Vec4::ONE, ..Vertex::default() }).to_vec(),
+            triangles: vec![Triangle { vertices: [0, 1, 2], material: 0 }],
+            materials: vec![material],
+            ..Scene::default()
+        }
+    }
+
+    fn packed(scene: &Scene) -> Result<GpuScene, Error> {
+        let projection = Projection::Perspective { vertical_fov: 1.0 };
+        let camera = Camera { name: String::new(), world_from_camera: Mat4::IDENTITY, projection };
+        GpuScene::pack(scene, &camera, &PackOptions { binding_limit: 1 << 20, ..PackOptions::default() })
+    }
+
+    // Kills: two modules of one name, an effect compiled in that the scene does not call for, or out that it does.
+    #[test]
+    fn a_scene_gets_the_modules_it_calls_for() {
+        let plain = triangle(Material::default());
+        let light = |kind| PunctualLight { kind, position: Vec3::Z, direction: Vec3::ZERO, intensity: Vec3::ONE, range: f32::INFINITY };
+        let rich = Scene {
+            lights: vec![light(LightKind::Point)],
+            ..triangle(Material { alpha: AlphaMode::Blend, transmission: 0.5, ..Material::default() })
+        };
+        for (scene, ending) in [(plain, "_absent.wgsl"), (rich, ".wgsl")] {
+            let modules = packed(&scene).expect("a good scene").program_modules();
+            let mut paths: Vec<&str> = modules.iter().map(|module| module.path.as_ref()).collect();
+            for name in ["ray_key", "eta_scale", "found_weight"] {
+                let module = modules.iter().find(|module| module.path == format!("path_tracer::{name}")).expect("one of the twins");
+                assert!(module.file.ends_with(&format!("{name}{ending}")), "{}", module.file);
+            }
+            paths.sort_unstable();
+            let count = paths.len();
+            paths.dedup();
+            assert_eq!(paths.len(), count, "{paths:?}");
+            assert!(paths.iter().all(|path| !path.ends_with("_absent")), "{paths:?}");
+        }
+    }
+
+    // Kills: an empty buffer, which a binding cannot hold, or one that is not whole rows.
+    #[test]
+    fn no_buffer_is_empty() {
+        let scene = packed(&Scene::default()).expect("an empty scene");
+        for bytes in [&scene.view, &scene.bvh, &scene.triangles, &scene.tables, &scene.texels] {
+            assert!(bytes.len() >= 16 && bytes.len().is_multiple_of(16), "{}", bytes.len());
+        }
+        assert!(!scene.facts.has_samplable_lights && scene.facts.triangle_count == 0);
+    }
+
+    // Kills: a binding that is exceeded in silence.
+    #[test]
+    fn a_table_too_large_is_refused_by_name() {
+        let mut scene = triangle(Material::default());
+        scene.vertices.resize(1 << 17, scene.vertices[0]);
+        let error = packed(&scene).expect_err("two mebibytes of vertices");
+        assert_eq!(error.to_string(), "triangles and vertices take 2097216 bytes, one binding holds 1048576");
+    }
 }
