@@ -203,7 +203,7 @@ impl GpuScene {
         let file = |module: &wavepool_shaders::Module| {
             let present = module.path.strip_suffix("_absent");
             let path = present.unwrap_or(module.path);
-            (is_absent(path) == present.is_some()).then(|| ProgramModule {
+            (is_absent(path) == present.is_some()).then_some(ProgramModule {
                 path: Cow::Borrowed(path),
                 file: Cow::Borrowed(module.file),
                 text: Cow::Borrowed(module.text),
@@ -215,7 +215,7 @@ impl GpuScene {
             text: Cow::Owned(text),
         };
         let mut modules: Vec<ProgramModule> =
-            wavepool_shaders::MATH.iter().chain(wavepool_shaders::PATH_TRACER).filter_map(|module| file(module)).collect();
+            wavepool_shaders::MATH.iter().chain(wavepool_shaders::PATH_TRACER).filter_map(file).collect();
         modules.push(generated("path_tracer::records", records_wgsl()));
         modules.push(generated("path_tracer::effects", self.effects_wgsl.clone()));
         modules
