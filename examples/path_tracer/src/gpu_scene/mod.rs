@@ -214,8 +214,7 @@ impl GpuScene {
             file: Cow::Owned(format!("generated {path}")),
             text: Cow::Owned(text),
         };
-        let mut modules: Vec<ProgramModule> =
-            wavepool_shaders::MATH.iter().chain(wavepool_shaders::PATH_TRACER).filter_map(file).collect();
+        let mut modules: Vec<ProgramModule> = wavepool_shaders::MATH.iter().chain(wavepool_shaders::PATH_TRACER).filter_map(file).collect();
         modules.push(generated("path_tracer::records", records_wgsl()));
         modules.push(generated("path_tracer::effects", self.effects_wgsl.clone()));
         modules
