@@ -84,6 +84,20 @@ fn positions_that_are_not_numbers_are_located() {
     refuses(&["render", &triangle_with_nan(folder.path())], 1, &["nan.gltf", "mesh 0", "primitive 0", "vertex 1"]);
 }
 
+/// Kills: a command whose arguments collide, a table without the stages, stages that the scene does not call for.
+#[test]
+fn a_scene_is_explained_without_a_device() {
+    let output = path_tracer(&["explain", "cornell-box"]);
+    let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    for part in ["trace, gather_emission, sample_light, trace_shadow, next_bounce", "bytes per lane", "beta.x", "schedule: block"] {
+        assert!(stdout.contains(part), "`{part}` is not in: {stdout}");
+    }
+    for command in ["render", "explain", "scenes", "adapters"] {
+        assert!(path_tracer(&[command, "--help"]).status.success(), "{command} --help");
+    }
+}
+
 /// Kills: a summary without the hash that scripts compare, or with two of them; a hash that depends on the schedule.
 #[test]
 fn a_render_prints_one_hash_whatever_the_schedule() {

@@ -4,15 +4,9 @@ use path_tracer::{Renderer, scene::Scene};
 
 use super::{Failure, render, say};
 
-#[derive(Debug, clap::Args)]
-pub(crate) struct Arguments {
-    #[command(flatten)]
-    render: render::Arguments,
-}
-
-pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let settings = arguments.render.settings()?;
-    let scene: Scene = arguments.render.load()?;
+pub(crate) fn run(arguments: &render::Arguments) -> Result<(), Failure> {
+    let settings = arguments.settings()?;
+    let scene: Scene = arguments.load()?;
     let program = Renderer::program(&scene)?;
     let layout = program.layout(settings.schedule.roulette.is_some());
     say(format_args!("scene:    {}, {} triangles, {} materials", scene.name, scene.triangles.len(), scene.materials.len()));
