@@ -16,6 +16,8 @@ use std::time::Duration;
 
 pub use resources::{Resources, upload};
 
+#[cfg(doc)]
+use crate::Error;
 use crate::{
     Film, Program, Result, Schedule,
     layout::Layout,
