@@ -39,6 +39,7 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
                 count.x += 1u;
                 atomicAdd(&wf_live_lanes, lanes);
                 wf_tile_goes_on(block, lanes);
+                wf_gamble(block, lanes);
                 continue;
             }
             wf_tile_ended(block);
@@ -84,6 +85,7 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
             let lanes = wf_tile_items(tile);
             wf_assign(block, tile, assignment.y + place / wf_control.tiles, assignment.w);
             wf_tile_begins(block, lanes);
+            wf_gamble_begins(block);
             atomicStore(&wf_counters[wf_live_counter(block)], lanes);
             atomicStore(&wf_counters[wf_killed_counter(block)], 0u);
             wf_set_new_block(rank, block);

@@ -12,8 +12,9 @@ pub(crate) const MAX_GROUPS: u32 = 65_535;
 pub(crate) const NONE: u32 = u32::MAX;
 
 /// What the control buffer keeps per block: its tile, the pass of that, the step it began in, an entry of the list of live blocks, one of
-/// the list of blocks that start a tile, and the lane-steps of the tile so far.
-const BLOCK_SECTIONS: [&str; 6] = ["block_tile", "block_pass", "block_birth", "live_block", "new_block", "block_lane_steps"];
+/// the list of blocks that start a tile, the lane-steps of the tile so far, and what block roulette has drawn (bits of a float: 0 kills).
+const BLOCK_SECTIONS: [&str; 7] =
+    ["block_tile", "block_pass", "block_birth", "live_block", "new_block", "block_lane_steps", "block_inverse"];
 /// Measured tile orders keep keys of so many bits, packed with the pass they stem from.
 pub(crate) const KEY_BITS: u32 = 10;
 
@@ -30,8 +31,10 @@ pub(crate) mod counters {
     pub(crate) const NOT_FINITE: u32 = 0;
     pub(crate) const MISSING: u32 = 1;
     pub(crate) const KILLED: u32 = 2;
-    /// Two words per block follow: live lanes, lanes killed by roulette.
+    /// Per block: live lanes, lanes killed by roulette, their chances condensed for block roulette.
     pub(crate) const BLOCKS: u32 = 16;
+    /// Words per block.
+    pub(crate) const PER_BLOCK: u32 = 3;
 }
 
 macro_rules! control_record {
@@ -129,6 +132,7 @@ pub(crate) fn declarations() -> String {
         ("WF_MISSING", counters::MISSING),
         ("WF_KILLED", counters::KILLED),
         ("WF_BLOCK_COUNTERS", counters::BLOCKS),
+        ("WF_COUNTERS_PER_BLOCK", counters::PER_BLOCK),
     ];
     let constants: String = constants.iter().map(|(name, value)| format!("const {name}: u32 = {value:#x}u;\n")).collect();
     let mut sections = String::new();
@@ -143,9 +147,10 @@ pub(crate) fn declarations() -> String {
          const FINISH: u32 = 1u;\n\
          {constants}\
          struct WfControl {{\n{members}    words: array<u32>,\n}}\n\
-         fn wf_live_counter(block: u32) -> u32 {{ return WF_BLOCK_COUNTERS + 2u * block; }}\n\
-         fn wf_killed_counter(block: u32) -> u32 {{ return WF_BLOCK_COUNTERS + 2u * block + 1u; }}\n\
-         fn wf_estimate(tile: u32) -> u32 {{ return WF_BLOCK_COUNTERS + 2u * wf_control.pool_blocks + tile; }}\n\
+         fn wf_live_counter(block: u32) -> u32 {{ return WF_BLOCK_COUNTERS + WF_COUNTERS_PER_BLOCK * block; }}\n\
+         fn wf_killed_counter(block: u32) -> u32 {{ return wf_live_counter(block) + 1u; }}\n\
+         fn wf_chance_counter(block: u32) -> u32 {{ return wf_live_counter(block) + 2u; }}\n\
+         fn wf_estimate(tile: u32) -> u32 {{ return wf_live_counter(wf_control.pool_blocks) + tile; }}\n\
          fn wf_sort_key(tile: u32) -> u32 {{ return wf_estimate(wf_control.tiles + tile); }}\n\
          {sections}\
          fn wf_order_word(slot: u32) -> u32 {{ return wf_{}_word({}u * wf_control.pool_blocks) + slot * wf_control.tiles; }}\n",
@@ -156,7 +161,7 @@ pub(crate) fn declarations() -> String {
 
 /// Words of the counters buffer for a pool; a measured order keeps an estimate and a key per tile.
 pub(crate) fn counter_words(pool_blocks: u32, ordered_tiles: u32) -> u64 {
-    u64::from(counters::BLOCKS) + 2 * u64::from(pool_blocks) + 2 * u64::from(ordered_tiles)
+    u64::from(counters::BLOCKS) + u64::from(counters::PER_BLOCK) * u64::from(pool_blocks) + 2 * u64::from(ordered_tiles)
 }
 
 const _: () = assert!(size_of::<Control>().is_multiple_of(16) && BLOCK == 256);

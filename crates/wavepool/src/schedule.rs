@@ -6,7 +6,10 @@ use std::{fmt, str::FromStr, sync::Arc};
 
 use crate::{
     Error, Result,
-    policy::{BlockInPlace, DepthMax, DepthMean, Execution, NeverRegenerate, PerLane, Regeneration, Roulette, Scanline, TileOrder},
+    policy::{
+        BlockInPlace, DepthMax, DepthMean, Execution, NeverRegenerate, PerBlock, PerLane, Regeneration, Roulette, Scanline, Statistic,
+        TileOrder,
+    },
 };
 
 /// One choice for every policy, and the size of the pool.
@@ -119,7 +122,8 @@ impl FromStr for Schedule {
     type Err = Error;
 
     /// `NAME[,key=value...]`; names `never`, `block`, `megakernel`; keys `threshold` (0 to 15) and `check_every` (1 or more) of
-    /// `block`, `order` (`scanline`, `depth-max`, `depth-mean`), `roulette` (`none`, `lane`), `pins` (`on`, `off`).
+    /// `block`, `order` (`scanline`, `depth-max`, `depth-mean`), `roulette` (`none`,
+    /// `lane`, `block-max`, `block-mean`), `pins` (`on`, `off`).
     fn from_str(text: &str) -> Result<Self> {
         let mut parts = text.split(',').map(str::trim);
         let name = parts.next().unwrap_or("");
@@ -152,7 +156,9 @@ impl FromStr for Schedule {
                 ("order", _) => return Err(wrong("scanline, depth-max, depth-mean")),
                 ("roulette", "lane") => schedule.roulette = Some(Arc::new(PerLane)),
                 ("roulette", "none") => schedule.roulette = None,
-                ("roulette", _) => return Err(wrong("none, lane")),
+                ("roulette", "block-max") => schedule.roulette = Some(Arc::new(PerBlock(Statistic::Max))),
+                ("roulette", "block-mean") => schedule.roulette = Some(Arc::new(PerBlock(Statistic::Mean))),
+                ("roulette", _) => return Err(wrong("none, lane, block-max, block-mean")),
                 ("pins", "on") => schedule.pins = true,
                 ("pins", "off") => schedule.pins = false,
                 ("pins", _) => return Err(wrong("on, off")),
@@ -181,7 +187,7 @@ mod tests {
             ("block,threshold=nan", "threshold=nan: allowed is 0 to 15"),
             ("block,check_every=0", "check_every=0: allowed is 1 or more"),
             ("never,threshold=0.5", "`threshold` belongs to `block`"),
-            ("block,roulette=warp", "roulette=warp: allowed is none, lane"),
+            ("block,roulette=warp", "roulette=warp: allowed is none, lane, block-max, block-mean"),
             ("block,threshold", "`threshold` is not key=value"),
         ] {
             let message = text.parse::<Schedule>().expect_err(text).to_string();

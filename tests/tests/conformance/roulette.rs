@@ -1,6 +1,11 @@
 //! Roulette is unbiased, and its variance is the one that theory gives.
 
-use wavepool::{LinearRange, Schedule};
+use std::sync::Arc;
+
+use wavepool::{
+    LinearRange, Schedule,
+    policy::{PerBlock, Statistic},
+};
 use wavepool_tests::{
     device::{gpu, run},
     programs::enclosure,
@@ -13,7 +18,7 @@ const P: f64 = 0.9;
 /// Mean, variance of one walk, and number of walks.
 fn measure(schedule: &Schedule, passes: u32) -> Option<(f64, f64, f64)> {
     let gpu = gpu()?;
-    let (film, report) = run(gpu, &enclosure(), LinearRange { count: 20_000 }, passes, schedule);
+    let (film, report) = run(gpu, &enclosure(), LinearRange { count: 78 * 256 }, passes, schedule);
     let walks = film.pixels() as f64 * f64::from(passes);
     let total = |leaf: usize| (0..film.pixels()).map(|pixel| film.sum(pixel, leaf)).sum::<f64>() / walks;
     assert!(report.items_killed as f64 > 0.99 * walks, "roulette ended {} of {walks} walks", report.items_killed);
@@ -38,5 +43,24 @@ fn roulette_is_unbiased() {
         assert!(z.abs() < 4.9, "mean {mean}, expected {expected}, z = {z}");
         // The fourth moment exists for p > rho^(4/3) = 0.743; its relative error at 400,000 walks is below 3 %.
         assert!((spread / variance - 1.0).abs() < 0.15, "variance {spread}, expected {variance}");
+    }
+}
+
+/// A coin for 256 walks whose chances are equal: the mean is the same, and the walks of a block differ in nothing. So the mean of a block
+/// has the variance of one walk (intra-class correlation 1): 78 tiles times 200 passes are 15,600 independent draws, a standard error of
+/// 0.020 at mean 5; |z| < 4.9 misses a bias of 3 % (0.15, z = 7.5) in 1 % of runs.
+/// Kills: a killed block whose walks leave no result; a block reweighted twice or in the wrong step; a mean over dead lanes too; a draw
+/// keyed by the block's place in the pool.
+#[test]
+fn block_roulette_is_unbiased() {
+    let expected = 1.0 / (1.0 - RHO);
+    let variance = (1.0 + RHO) / ((1.0 - RHO) * (1.0 - RHO * RHO / P)) - expected * expected;
+    for statistic in [Statistic::Max, Statistic::Mean] {
+        let schedule = Schedule::megakernel().with_roulette(Some(Arc::new(PerBlock(statistic))));
+        let Some((mean, spread, walks)) = measure(&schedule, 200) else { return };
+        let z = (mean - expected) / (variance / (walks / 256.0)).sqrt();
+        eprintln!("{statistic:?}: mean {mean:.4} (expected {expected}), z = {z:.2}, variance {spread:.3} (expected {variance:.3})");
+        assert!(z.abs() < 4.9, "{statistic:?}: mean {mean}, expected {expected}, z = {z}");
+        assert!((spread / variance - 1.0).abs() < 0.3, "{statistic:?}: variance {spread}, expected {variance}");
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use wavepool::{Program, layout::Layout, shader::LeafSet};
+use wavepool::{Program, layout::Layout, policy::RouletteScope, shader::LeafSet};
 use wavepool_tests::traps::{STATE, TRAPS, Trap};
 
 /// Leaf names of a set, without the leading dot.
@@ -45,7 +45,7 @@ fn traps_have_the_committed_sets() {
     let mut wrong = Vec::new();
     for trap in TRAPS {
         let program = trap_program(trap);
-        let layout = program.layout(false);
+        let layout = program.layout(None);
         let summary = program.summary("probe").expect("the stage exists");
         let mut check = |what: &str, found: Option<&LeafSet>, expected: Option<&str>| {
             let found = found.map(|set| names(&layout, set));
@@ -69,7 +69,7 @@ fn traps_have_the_committed_sets() {
 /// Kills: a leaf counted twice or forgotten when a type is flattened.
 #[test]
 fn leaves_are_the_scalars_in_order() {
-    let layout = trap_program(&TRAPS[0]).layout(false);
+    let layout = trap_program(&TRAPS[0]).layout(None);
     let found: Vec<&str> = layout.leaves.iter().map(|leaf| leaf.path.as_str()).collect();
     let expected = ".a .b .c .n .k .v.x .v.y .v.z .m[0].x .m[0].y .m[1].x .m[1].y .list[0] .list[1] .list[2] .list[3] .inner.x \
                     .inner.y.x .inner.y.y .pair[0].x .pair[0].y.x .pair[0].y.y .pair[1].x .pair[1].y.x .pair[1].y.y";
@@ -127,7 +127,7 @@ fn planes_and_traffic_follow_the_lifetimes() {
          fn finish(w: ptr<function, Walk>) -> vec2f { return vec2f((*w).total, f32((*w).tag) + (*w).mark); }",
         &["trace", "shade"],
     );
-    let layout = program.layout(false);
+    let layout = program.layout(None);
     assert_eq!(names(&layout, &layout.kept()), ["hop", "left", "mark", "tag", "total"].map(String::from).into());
     assert_eq!(names(&layout, &layout.generate), ["left", "mark", "tag", "total"].map(String::from).into());
     assert_eq!(moves(&layout, "trace"), "left |  | hop");
@@ -151,7 +151,7 @@ fn finish_sees_what_was_there_before() {
         &["walk"],
     );
     // `b` is written on every way that finishes: nobody keeps it. `a` is not, and `finish` alone reads it.
-    assert_eq!(moves(&program.layout(false), "walk"), "left | a | a left");
+    assert_eq!(moves(&program.layout(None), "walk"), "left | a | a left");
 }
 
 /// Kills: leaves of the state in stage order only, without the way back from the last stage to the first.
@@ -166,7 +166,7 @@ fn lifetimes_go_round_the_step() {
          fn finish(w: ptr<function, Walk>) -> u32 { return (*w).left; }",
         &["first", "second", "third"],
     );
-    let layout = program.layout(false);
+    let layout = program.layout(None);
     assert_eq!(moves(&layout, "first"), "carried | left | ");
     assert_eq!(moves(&layout, "second"), "left |  | carried");
     assert_eq!(moves(&layout, "third"), "left |  | left");
@@ -186,6 +186,6 @@ fn roulette_is_part_of_the_last_stage() {
          fn finish(w: ptr<function, Walk>) -> f32 { return (*w).sum; }",
         &["stop", "scatter"],
     );
-    assert_eq!(moves(&program.layout(true), "scatter"), "beta chance | sum | beta chance");
-    assert_eq!(moves(&program.layout(false), "scatter"), "beta |  | beta");
+    assert_eq!(moves(&program.layout(Some(RouletteScope::Lane)), "scatter"), "beta chance | sum | beta chance");
+    assert_eq!(moves(&program.layout(None), "scatter"), "beta |  | beta");
 }

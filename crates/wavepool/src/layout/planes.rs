@@ -7,7 +7,10 @@
 //! **Invariant:** a kernel never uses a leaf that it neither loaded nor wrote; filling the others with garbage changes nothing.
 
 use super::{BLOCK, Leaf};
-use crate::shader::{Interface, LeafSet, Summary, join_alternatives, then};
+use crate::{
+    policy::RouletteScope,
+    shader::{Interface, LeafSet, Summary, Written, join_alternatives, then},
+};
 
 /// What one kernel moves per live lane and step.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -18,6 +21,8 @@ pub struct KernelTraffic {
     pub load: LeafSet,
     /// Loaded by lanes that finish, for `finish` alone.
     pub load_late: LeafSet,
+    /// Loaded by lanes that block roulette has killed before the stage, for `finish` alone; empty for all but the first stage.
+    pub load_killed: LeafSet,
     /// Stored by lanes that continue.
     pub store: LeafSet,
 }
@@ -65,7 +70,7 @@ impl Layout {
         kept
     }
 
-    /// The table `leaves x stages`: `r` loaded, `f` loaded when finishing, `w` stored.
+    /// The table `leaves x stages`: `r` loaded, `f` loaded when finishing, `k` loaded when killed with the block, `w` stored.
     pub fn table(&self) -> String {
         let width = self.leaves.iter().map(|leaf| leaf.path.len()).max().unwrap_or(0).max(14);
         let mut text = format!("{:width$} {:>5} {:>9}", "leaf", "plane", "generate");
@@ -77,7 +82,7 @@ impl Layout {
             let born = if self.generate.contains(leaf) { "w" } else { "" };
             text.push_str(&format!("\n{:width$} {plane:>5} {born:>9}", self.leaves[leaf].path.trim_start_matches('.')));
             for kernel in &self.kernels {
-                let mark = [(&kernel.load, 'r'), (&kernel.load_late, 'f'), (&kernel.store, 'w')];
+                let mark = [(&kernel.load, 'r'), (&kernel.load_late, 'f'), (&kernel.load_killed, 'k'), (&kernel.store, 'w')];
                 let mark: String = mark.iter().filter(|(set, _)| set.contains(leaf)).map(|(_, mark)| *mark).collect();
                 text.push_str(&format!(" {mark:>0$}", kernel.stage.len().max(3)));
             }
@@ -91,7 +96,29 @@ impl Layout {
     }
 }
 
-/// Reads, and what is written at the two kinds of exit, of one kernel.
+/// Reads, and what is written at the two kinds of exit, of the first kernel when block roulette may reweight before its stage.
+fn reweighted_first(stage: &Summary, reweight: &Summary) -> Summary {
+    // Perhaps it does not: nothing is certain to be written.
+    let before = join_alternatives(Some(Written::default()), Some(reweight.on_return())).unwrap_or_default();
+    Summary {
+        reads: reweight.reads.union(&stage.reads),
+        on_continue: stage.on_continue.as_ref().map(|written| then(&before, written)),
+        on_finish: stage.on_finish.as_ref().map(|written| then(&before, written)),
+        widened: Vec::new(),
+    }
+}
+
+/// Reads, and what is written at the two kinds of exit, of the last kernel when it announces its lane's chance to block roulette.
+fn announcing_last(stage: &Summary, survival: &Summary) -> Summary {
+    let mut whole = stage.clone();
+    if let Some(survivor) = &stage.on_continue {
+        whole.reads = whole.reads.union(&survival.reads.difference(&survivor.must));
+        whole.on_continue = Some(then(survivor, &survival.on_return()));
+    }
+    whole
+}
+
+/// Reads, and what is written at the two kinds of exit, of a kernel that draws for its lane after the stage.
 fn kernel_summary(stage: &Summary, roulette: Option<(&Summary, &Summary)>) -> Summary {
     let mut whole = stage.clone();
     let (Some((survival, reweight)), Some(survivor)) = (roulette, stage.on_continue.clone()) else { return whole };
@@ -104,20 +131,29 @@ fn kernel_summary(stage: &Summary, roulette: Option<(&Summary, &Summary)>) -> Su
     whole
 }
 
-/// Lays out the state of a program whose last stage is followed by roulette or not.
-pub(crate) fn lay_out(interface: &Interface, with_roulette: bool) -> Layout {
-    let roulette = interface.survival.as_ref().zip(interface.reweight.as_ref()).filter(|_| with_roulette);
+/// Lays out the state of a program under roulette of the given scope, or none.
+pub(crate) fn lay_out(interface: &Interface, scope: Option<RouletteScope>) -> Layout {
+    let roulette = interface.survival.as_ref().zip(interface.reweight.as_ref());
     let last = interface.stages.len().saturating_sub(1);
+    let is_by_block = matches!(scope, Some(RouletteScope::Block(_)));
     let kernels: Vec<Summary> = interface
         .stages
         .iter()
         .enumerate()
-        .map(|(index, stage)| kernel_summary(&stage.summary, roulette.filter(|_| index == last)))
+        .map(|(index, stage)| match (scope, roulette) {
+            (Some(RouletteScope::Block(_)), Some((survival, reweight))) => {
+                let whole = if index == last { announcing_last(&stage.summary, survival) } else { stage.summary.clone() };
+                if index == 0 { reweighted_first(&whole, reweight) } else { whole }
+            }
+            (Some(_), roulette) => kernel_summary(&stage.summary, roulette.filter(|_| index == last)),
+            _ => stage.summary.clone(),
+        })
         .collect();
 
     // What must be there when the kernel starts, apart from what it merely passes on.
     let mut first_use = Vec::new();
     let mut late = Vec::new();
+    let mut late_at_exit = Vec::new();
     for kernel in &kernels {
         let mut reads = kernel.reads.clone();
         let mut at_finish = LeafSet::default();
@@ -125,6 +161,11 @@ pub(crate) fn lay_out(interface: &Interface, with_roulette: bool) -> Layout {
             let wanted = interface.finish.reads.difference(&written.must);
             reads = reads.union(&wanted.intersection(&written.may));
             at_finish = wanted.difference(&written.may);
+        }
+        late_at_exit.push(at_finish.clone());
+        if is_by_block && first_use.is_empty() {
+            // The first kernel may also end walks before its stage has written anything.
+            at_finish = at_finish.union(&interface.finish.reads);
         }
         first_use.push(reads);
         late.push(at_finish);
@@ -157,9 +198,10 @@ pub(crate) fn lay_out(interface: &Interface, with_roulette: bool) -> Layout {
             None => Default::default(),
         };
         let load = first_use[index].union(&incomplete);
-        let load_late = late[index].difference(&load);
-        kept = kept.union(&load).union(&load_late);
-        traffic.push(KernelTraffic { stage: interface.stages[index].name.clone(), load, load_late, store });
+        let load_killed = if is_by_block && index == 0 { interface.finish.reads.difference(&load) } else { LeafSet::default() };
+        let load_late = late_at_exit[index].difference(&load);
+        kept = kept.union(&load).union(&load_late).union(&load_killed);
+        traffic.push(KernelTraffic { stage: interface.stages[index].name.clone(), load, load_late, load_killed, store });
     }
     let mut next = 1;
     let plane_of = (0..interface.leaves.len())

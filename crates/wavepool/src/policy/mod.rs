@@ -13,6 +13,6 @@ mod work_source;
 
 pub use execution::Execution;
 pub use regeneration::{BlockInPlace, NeverRegenerate, Regeneration};
-pub use roulette::{PerLane, Roulette};
+pub use roulette::{PerBlock, PerLane, Roulette, RouletteScope, Statistic};
 pub use tile_order::{DepthMax, DepthMean, MAX_KEY, OrderRule, Scanline, TileFormula, TileMeasure, TileOrder};
 pub use work_source::{ImageTiles, LinearRange, WorkSource};

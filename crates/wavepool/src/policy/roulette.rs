@@ -1,9 +1,30 @@
 //! How hopeless walks end.
 //!
 //! Key decision: the program says what a lane's chance of survival should be (`survival`) and how a survivor is compensated
-//! (`reweight`); the policy only draws. The draw is keyed by (pixel, sample, step of the walk), never by lane or launch.
+//! (`reweight`); the policy draws, and says for whom. A lane's draw is keyed by (pixel, sample, step of the walk), a block's by (tile,
+//! sample, step), neither by lane or launch. Source: Frolov and Galaktionov, *Low overhead path regeneration*, 2016, which kills whole
+//! blocks and gives no formula.
 
 use std::fmt::Debug;
+
+/// Who shares a draw.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum RouletteScope {
+    /// Nobody.
+    Lane,
+    /// All lanes of a block: it dies as a whole, one step after the draw. What their chances are condensed to.
+    Block(Statistic),
+}
+
+/// How the chances of a block's live lanes become one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Statistic {
+    /// The largest: no survivor is weighted by more than its own chance would have.
+    Max,
+    /// The mean, in 65536ths: kills more, and lets bright lanes grow.
+    Mean,
+}
 
 /// Decides which walks survive a step.
 ///
@@ -12,6 +33,11 @@ use std::fmt::Debug;
 pub trait Roulette: Debug + Send + Sync {
     /// One word, as in `--schedule`.
     fn name(&self) -> &str;
+
+    /// Who shares a draw.
+    fn scope(&self) -> RouletteScope {
+        RouletteScope::Lane
+    }
 
     /// WGSL that declares `fn wf_inverse_survival(p: f32, draw: u32) -> f32`: 0 ends the walk, anything else is handed to `reweight`
     /// unless it is 1.
@@ -31,20 +57,52 @@ impl Roulette for PerLane {
     }
 
     fn wgsl(&self) -> String {
-        "fn wf_inverse_survival(p: f32, draw: u32) -> f32 {\n    \
-         if (p >= 1.0) { return 1.0; }\n    \
-         if (f32(draw >> 8u) * 5.9604644775390625e-8 < p) { return 1.0 / p; }\n    \
-         return 0.0;\n}\n"
-            .into()
+        SURVIVE.into()
     }
 
     fn inverse_survival(&self, p: f32, draw: u32) -> f32 {
-        if p >= 1.0 {
-            1.0
-        } else if (draw >> 8) as f32 * (1.0 / 16_777_216.0) < p {
-            1.0 / p
-        } else {
-            0.0
+        survive(p, draw)
+    }
+}
+
+/// All lanes of a block share a draw.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PerBlock(pub Statistic);
+
+impl Roulette for PerBlock {
+    fn name(&self) -> &str {
+        match self.0 {
+            Statistic::Max => "block-max",
+            Statistic::Mean => "block-mean",
         }
+    }
+
+    fn scope(&self) -> RouletteScope {
+        RouletteScope::Block(self.0)
+    }
+
+    fn wgsl(&self) -> String {
+        SURVIVE.into()
+    }
+
+    fn inverse_survival(&self, p: f32, draw: u32) -> f32 {
+        survive(p, draw)
+    }
+}
+
+const SURVIVE: &str = "fn wf_inverse_survival(p: f32, draw: u32) -> f32 {
+    if (p >= 1.0) { return 1.0; }
+    if (f32(draw >> 8u) * 5.9604644775390625e-8 < p) { return 1.0 / p; }
+    return 0.0;
+}
+";
+
+fn survive(p: f32, draw: u32) -> f32 {
+    if p >= 1.0 {
+        1.0
+    } else if (draw >> 8) as f32 * (1.0 / 16_777_216.0) < p {
+        1.0 / p
+    } else {
+        0.0
     }
 }

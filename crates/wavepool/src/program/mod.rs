@@ -9,7 +9,7 @@ use crate::{
     Result, Schedule,
     error::Error,
     layout::{Layout, lay_out},
-    policy::{ImageTiles, WorkSource},
+    policy::{ImageTiles, RouletteScope, WorkSource},
     shader::{Composition, Diagnostic, Interface, SourceModule, Summary, compose, header, inspect, link},
 };
 
@@ -60,7 +60,7 @@ impl Program {
     ///         fn finish(walk: ptr<function, Walk>) -> u32 { return (*walk).steps; }")
     ///     .stage("count_down")
     ///     .build()?;
-    /// assert_eq!(program.layout(false).bytes_per_lane(), 12);
+    /// assert_eq!(program.layout(None).bytes_per_lane(), 12);
     /// # Ok::<(), wavepool::Error>(())
     /// ```
     pub fn builder(name: &str) -> ProgramBuilder {
@@ -93,9 +93,9 @@ impl Program {
         self.interface.survival.is_some()
     }
 
-    /// What is kept where, and who moves it; it depends on whether roulette runs after the last stage.
-    pub fn layout(&self, with_roulette: bool) -> Layout {
-        lay_out(&self.interface, with_roulette && self.has_roulette())
+    /// What is kept where, and who moves it; it depends on who shares a draw of roulette, if there is any.
+    pub fn layout(&self, roulette: Option<RouletteScope>) -> Layout {
+        lay_out(&self.interface, roulette.filter(|_| self.has_roulette()))
     }
 
     /// What a stage reads and writes, by name.

@@ -8,11 +8,11 @@
 
 use std::fmt::Write as _;
 
-use super::{Interface, LeafSet};
+use super::{Interface, LeafSet, gamble};
 use crate::{
     control,
     layout::{BLOCK, Layout, Scalar},
-    policy::{Execution, OrderRule, Regeneration, Roulette, TileOrder, WorkSource},
+    policy::{Execution, OrderRule, Regeneration, Roulette, RouletteScope, TileOrder, WorkSource},
 };
 
 /// Everything the generator needs to know about a run.
@@ -27,6 +27,17 @@ pub(crate) struct Glue<'a> {
     pub(crate) execution: Execution,
     pub(crate) pins: bool,
     pub(crate) poison: Option<u32>,
+}
+
+impl Glue<'_> {
+    /// Who shares a draw of roulette; `None` without roulette.
+    pub(super) fn scope(&self) -> Option<RouletteScope> {
+        self.roulette.map(Roulette::scope)
+    }
+
+    pub(super) fn is_by_block(&self) -> bool {
+        matches!(self.scope(), Some(RouletteScope::Block(_)))
+    }
 }
 
 /// Group 0 as stages see it, and what the work source provides; enough to inspect a program.
@@ -52,11 +63,12 @@ pub(crate) fn tick_module(glue: &Glue) -> (String, String) {
     let tick = format!(
         "{}@group(0) @binding(0) var<storage, read_write> wf_control: WfControl;\n\
          @group(0) @binding(1) var<storage, read_write> wf_counters: array<atomic<u32>>;\n\
-         @group(0) @binding(2) var<storage, read_write> wf_arguments: array<u32>;\n{}{}{}{}{}",
+         @group(0) @binding(2) var<storage, read_write> wf_arguments: array<u32>;\n{}{}{}{}{}{}",
         control::declarations(),
         glue.source.wgsl(),
         order,
         glue.regeneration.wgsl(),
+        gamble::tick(glue, shader),
         shader("scheduler::arguments"),
         match glue.execution {
             Execution::Wavefront => shader("scheduler::tick"),
@@ -111,7 +123,11 @@ pub(crate) fn kernels(glue: &Glue) -> String {
             if let OrderRule::Formula(formula) = glue.order.rule() {
                 out.push_str(&formula.wgsl());
             }
-            megakernel(glue, &mut out);
+            if glue.is_by_block() {
+                gamble::lockstep_megakernel(glue, &mut out);
+            } else {
+                megakernel(glue, &mut out);
+            }
         }
     }
     out
@@ -153,17 +169,7 @@ fn complete(glue: &Glue, out: &mut String) {
         "fn wf_item_of(wf_tile: u32, wf_pass_index: u32, wf_lane: u32) -> Item {\n    \
          return Item(wf_tile, wf_lane, wf_tile_pixel(wf_tile, wf_lane), wf_control.first_sample + wf_pass_index);\n}\n",
     );
-    if glue.roulette.is_some() {
-        // One word from four counters, apart from every stream of the program: pcg4d of Jarzynski and Olano, JCGT 9(3), 2020.
-        out.push_str(
-            "fn wf_roulette_draw(wf_item: Item, wf_step: u32) -> u32 {\n    \
-             var v = vec4u(wf_item.pixel, wf_item.sample, wf_step, wf_control.seed ^ 0x9e3779b9u) * 1664525u + 1013904223u;\n    \
-             v.x += v.y * v.w; v.y += v.z * v.x; v.z += v.x * v.y; v.w += v.y * v.z;\n    \
-             v = v ^ (v >> vec4u(16u));\n    \
-             v.x += v.y * v.w; v.y += v.z * v.x; v.z += v.x * v.y; v.w += v.y * v.z;\n    \
-             return v.x;\n}\n",
-        );
-    }
+    gamble::draws(glue, out);
 }
 
 fn to_word(scalar: Scalar, expression: &str) -> String {
@@ -239,7 +245,7 @@ fn generate_kernel(glue: &Glue, out: &mut String) {
 }
 
 /// Calls stage `index`; `verdict` tells afterwards whether the walk goes on.
-fn call_stage(glue: &Glue, index: usize, indent: &str, out: &mut String) {
+pub(super) fn call_stage(glue: &Glue, index: usize, indent: &str, out: &mut String) {
     let stage = &glue.interface.stages[index];
     if stage.decides {
         let _ = writeln!(out, "{indent}wf_verdict = {}(&wf_state);", stage.name);
@@ -249,28 +255,11 @@ fn call_stage(glue: &Glue, index: usize, indent: &str, out: &mut String) {
     let _ = writeln!(out, "{indent}wf_pin(&wf_state);");
 }
 
-/// The draw at the end of a step: sets `verdict` and counts, or reweights.
-fn call_roulette(glue: &Glue, count: &str, indent: &str, out: &mut String) {
-    let names = glue.names;
-    let _ = write!(
-        out,
-        "{indent}let wf_chance = wf_pin_f32({}(&wf_state));\n\
-         {indent}let wf_inverse = wf_pin_f32(wf_inverse_survival(wf_chance, wf_roulette_draw(wf_item, wf_step)));\n\
-         {indent}if (wf_inverse == 0.0) {{\n\
-         {indent}    wf_verdict = FINISH;\n\
-         {indent}    {count}\n\
-         {indent}}} else if (wf_inverse != 1.0) {{\n\
-         {indent}    {}(&wf_state, wf_inverse);\n\
-         {indent}}}\n\
-         {indent}wf_pin(&wf_state);\n",
-        names.survival, names.reweight
-    );
-}
-
 fn stage_kernel(glue: &Glue, index: usize, out: &mut String) {
     let stage = &glue.interface.stages[index];
     let traffic = &glue.layout.kernels[index];
-    let gambles = glue.roulette.is_some() && index + 1 == glue.interface.stages.len();
+    let last = index + 1 == glue.interface.stages.len();
+    let lane_gambles = last && glue.scope() == Some(RouletteScope::Lane);
     let _ = write!(
         out,
         "@compute @workgroup_size({BLOCK})\n\
@@ -287,28 +276,43 @@ fn stage_kernel(glue: &Glue, index: usize, out: &mut String) {
     );
     poison_state(glue, &traffic.load, out);
     load(glue, &traffic.load, "    ", out);
-    if stage.decides || gambles {
+    if index == 0 && glue.is_by_block() {
+        gamble::obey_block(glue, out, |out| finish_lane(glue, &traffic.load_killed, "        ", out));
+    }
+    if stage.decides || lane_gambles {
         out.push_str("    var wf_verdict = CONTINUE;\n");
     }
     call_stage(glue, index, "    ", out);
-    if gambles {
-        out.push_str("    if (wf_verdict != FINISH) {\n        let wf_item = wf_item_of(wf_block_tile(wf_block), wf_block_pass(wf_block), wf_lane);\n");
+    if lane_gambles {
+        let going_on = if stage.decides { "if (wf_verdict != FINISH) " } else { "" };
+        let _ = writeln!(out, "    {going_on}{{");
+        out.push_str("        let wf_item = wf_item_of(wf_block_tile(wf_block), wf_block_pass(wf_block), wf_lane);\n");
         out.push_str("        let wf_step = wf_control.step - wf_block_birth(wf_block);\n");
-        call_roulette(glue, "atomicAdd(&wf_counters[wf_killed_counter(wf_block)], 1u);", "        ", out);
+        gamble::draw_lane(glue, "atomicAdd(&wf_counters[wf_killed_counter(wf_block)], 1u);", "        ", out);
         out.push_str("    }\n");
     }
-    if stage.decides || gambles {
+    if stage.decides || lane_gambles {
         out.push_str("    if (wf_verdict == FINISH) {\n");
-        load(glue, &traffic.load_late, "        ", out);
-        out.push_str(
-            "        wf_complete(&wf_state, wf_block_tile(wf_block), wf_block_pass(wf_block), wf_lane);\n        \
-             wf_bank[wf_base] = 0u;\n        \
-             atomicSub(&wf_counters[wf_live_counter(wf_block)], 1u);\n        \
-             return;\n    }\n",
-        );
+        finish_lane(glue, &traffic.load_late, "        ", out);
+        out.push_str("    }\n");
+    }
+    if last && glue.is_by_block() {
+        gamble::announce_chance(glue, "&wf_counters[wf_chance_counter(wf_block)]", "    ", out);
     }
     store(glue, &traffic.store, out);
     out.push_str("}\n");
+}
+
+/// Ends the walk of this lane and leaves the kernel; `late` is what `finish` reads and nobody has loaded.
+fn finish_lane(glue: &Glue, late: &LeafSet, indent: &str, out: &mut String) {
+    load(glue, late, indent, out);
+    let _ = write!(
+        out,
+        "{indent}wf_complete(&wf_state, wf_block_tile(wf_block), wf_block_pass(wf_block), wf_lane);\n\
+         {indent}wf_bank[wf_base] = 0u;\n\
+         {indent}atomicSub(&wf_counters[wf_live_counter(wf_block)], 1u);\n\
+         {indent}return;\n"
+    );
 }
 
 fn megakernel(glue: &Glue, out: &mut String) {
@@ -337,7 +341,7 @@ fn megakernel(glue: &Glue, out: &mut String) {
         }
     }
     if glue.roulette.is_some() {
-        call_roulette(glue, "atomicAdd(&wf_counters[WF_KILLED], 1u);", "        ", out);
+        gamble::draw_lane(glue, "atomicAdd(&wf_counters[WF_KILLED], 1u);", "        ", out);
         out.push_str("        if (wf_verdict == FINISH) { break; }\n");
     }
     out.push_str("        wf_step += 1u;\n    }\n    wf_complete(&wf_state, wf_tile, wf_pass_index, wf_lane);\n}\n");

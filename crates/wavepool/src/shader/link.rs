@@ -25,7 +25,7 @@ pub(crate) fn link(program: &Program, source: &dyn WorkSource, schedule: &Schedu
     }
     // A program that does not say how likely a walk survives has no roulette, whatever the schedule offers.
     let roulette = schedule.roulette.as_deref().filter(|_| program.has_roulette());
-    let layout = program.layout(roulette.is_some());
+    let layout = program.layout(roulette.map(|roulette| roulette.scope()));
     let glue = Glue {
         interface: program.interface(),
         layout: &layout,

@@ -7,6 +7,7 @@
 
 mod compose;
 mod diagnostic;
+mod gamble;
 mod generate;
 mod infer;
 mod inspect;
@@ -18,7 +19,7 @@ pub(crate) use compose::{Composition, compose};
 pub use diagnostic::Diagnostic;
 pub(crate) use generate::header;
 use generate::{Glue, kernels, tick_module};
-pub use infer::{LeafSet, Summary};
+pub use infer::{LeafSet, Summary, Written};
 pub(crate) use infer::{analyse, join_alternatives, then};
 pub(crate) use inspect::{Interface, Resource, ResourceKind, inspect};
 pub(crate) use link::{Linked, link};

@@ -1,0 +1,184 @@
+//! How roulette enters the wrappers: a draw per lane at the end of a step, or a draw per block between two steps.
+//!
+//! Key decision: a block's chance is condensed by one integer atomic per lane, without a barrier; the tick draws, and the first kernel of
+//! the next step kills or reweights. The megakernel does the same in lock-step, the only wrapper with barriers: its work-group is the
+//! block. Both take every decision from integers, so that they agree bit for bit.
+
+use std::fmt::Write as _;
+
+use super::generate::{Glue, call_stage};
+use crate::{
+    layout::BLOCK,
+    policy::{Execution, RouletteScope, Statistic},
+};
+
+/// One word from four counters, apart from every stream of the program: pcg4d of Jarzynski and Olano, JCGT 9(3), 2020.
+const DRAW: &str = "fn wf_draw(counters: vec4u) -> u32 {
+    var v = counters * 1664525u + 1013904223u;
+    v.x += v.y * v.w; v.y += v.z * v.x; v.z += v.x * v.y; v.w += v.y * v.z;
+    v = v ^ (v >> vec4u(16u));
+    v.x += v.y * v.w; v.y += v.z * v.x; v.z += v.x * v.y; v.w += v.y * v.z;
+    return v.x;
+}
+";
+
+/// The draws of a lane and of a block, and how a block's chance is read from what its lanes have announced.
+pub(super) fn draws(glue: &Glue, out: &mut String) {
+    let Some(scope) = glue.scope() else { return };
+    out.push_str(DRAW);
+    match scope {
+        RouletteScope::Lane => out.push_str(
+            "fn wf_roulette_draw(item: Item, step: u32) -> u32 {\n    \
+             return wf_draw(vec4u(item.pixel, item.sample, step, wf_control.seed ^ 0x9e3779b9u));\n}\n",
+        ),
+        RouletteScope::Block(statistic) => {
+            out.push_str(
+                "fn wf_block_draw(tile: u32, sample_index: u32, step: u32) -> u32 {\n    \
+                 return wf_draw(vec4u(tile, sample_index, step, wf_control.seed ^ 0x7f4a7c15u));\n}\n",
+            );
+            out.push_str(match statistic {
+                Statistic::Max => "fn wf_block_chance(word: u32, lanes: u32) -> f32 { return bitcast<f32>(word); }\n",
+                Statistic::Mean => "fn wf_block_chance(word: u32, lanes: u32) -> f32 { return f32(word / lanes) * 1.52587890625e-5; }\n",
+            });
+        }
+    }
+}
+
+/// What the tick needs.
+pub(super) fn tick(glue: &Glue, shader: impl Fn(&str) -> &'static str) -> String {
+    match (glue.roulette, glue.execution) {
+        (_, Execution::Megakernel) => String::new(),
+        (Some(roulette), _) if glue.is_by_block() => {
+            let mut text = roulette.wgsl();
+            draws(glue, &mut text);
+            text + shader("scheduler::roulette_block")
+        }
+        _ => shader("scheduler::roulette_lane").into(),
+    }
+}
+
+/// The draw at the end of a step: sets `wf_verdict` and counts, or reweights.
+pub(super) fn draw_lane(glue: &Glue, count: &str, indent: &str, out: &mut String) {
+    let names = glue.names;
+    let _ = write!(
+        out,
+        "{indent}let wf_chance = wf_pin_f32({}(&wf_state));\n\
+         {indent}let wf_inverse = wf_pin_f32(wf_inverse_survival(wf_chance, wf_roulette_draw(wf_item, wf_step)));\n\
+         {indent}if (wf_inverse == 0.0) {{\n\
+         {indent}    wf_verdict = FINISH;\n\
+         {indent}    {count}\n\
+         {indent}}} else if (wf_inverse != 1.0) {{\n\
+         {indent}    {}(&wf_state, wf_inverse);\n\
+         {indent}}}\n\
+         {indent}wf_pin(&wf_state);\n",
+        names.survival, names.reweight
+    );
+}
+
+/// Adds this lane's chance to what the block draws with. Integers throughout: bits of a float between 0 and 1 order like the float, and
+/// sums of 65536ths do not depend on their order. What is not a number counts as certain survival.
+pub(super) fn announce_chance(glue: &Glue, place: &str, indent: &str, out: &mut String) {
+    let _ = write!(
+        out,
+        "{indent}let wf_chance = bitcast<u32>(wf_pin_f32({}(&wf_state)));\n\
+         {indent}wf_pin(&wf_state);\n\
+         {indent}let wf_certain = min(select(wf_chance, 0u, (wf_chance & 0x80000000u) != 0u), 0x3f800000u);\n",
+        glue.names.survival
+    );
+    let _ = match glue.scope() {
+        Some(RouletteScope::Block(Statistic::Mean)) => {
+            writeln!(out, "{indent}atomicAdd({place}, u32(bitcast<f32>(wf_certain) * 65536.0));")
+        }
+        _ => writeln!(out, "{indent}atomicMax({place}, wf_certain);"),
+    };
+}
+
+/// Carries out what the tick has drawn for the block; `finish` ends the walk of the lane.
+pub(super) fn obey_block(glue: &Glue, out: &mut String, finish: impl Fn(&mut String)) {
+    out.push_str(
+        "    let wf_inverse = bitcast<f32>(wf_block_inverse(wf_block));\n    \
+         if (wf_inverse == 0.0) {\n        \
+         atomicAdd(&wf_counters[wf_killed_counter(wf_block)], 1u);\n",
+    );
+    finish(out);
+    let _ = write!(
+        out,
+        "    }}\n    if (wf_inverse != 1.0) {{\n        {}(&wf_state, wf_inverse);\n        wf_pin(&wf_state);\n    }}\n",
+        glue.names.reweight
+    );
+}
+
+/// The megakernel whose lanes wait for each other after every step, because they share a draw.
+pub(super) fn lockstep_megakernel(glue: &Glue, out: &mut String) {
+    let _ = write!(
+        out,
+        "var<workgroup> wf_group_chance: atomic<u32>;\n\
+         var<workgroup> wf_group_live: atomic<u32>;\n\
+         // Live lanes, and the bits of what the block's draw gave.\n\
+         var<workgroup> wf_group_verdict: vec2u;\n\
+         @compute @workgroup_size({BLOCK})\n\
+         fn wf_megakernel(@builtin(workgroup_id) wf_group: vec3u, @builtin(local_invocation_index) wf_lane: u32) {{\n    \
+         let wf_slot = wf_group.x + wf_group.y * WF_MAX_GROUPS;\n    \
+         if (wf_slot >= wf_control.new_blocks) {{ return; }}\n    \
+         let wf_pass_index = wf_control.next_pass;\n    \
+         let wf_tile = wf_tile_at(wf_pass_index, wf_control.next_position + wf_slot);\n    \
+         let wf_item = wf_item_of(wf_tile, wf_pass_index, wf_lane);\n    \
+         var wf_state = {}();\n    \
+         var wf_alive = wf_item.pixel != WF_NONE;\n    \
+         if (wf_alive) {{\n        \
+         {}(&wf_state, wf_item);\n        \
+         wf_pin(&wf_state);\n    \
+         }}\n    \
+         for (var wf_step = 0u; ; wf_step++) {{\n        \
+         if (wf_lane == 0u) {{\n            \
+         atomicStore(&wf_group_chance, 0u);\n            \
+         atomicStore(&wf_group_live, 0u);\n        \
+         }}\n        \
+         workgroupBarrier();\n        \
+         if (wf_alive) {{\n            \
+         var wf_verdict = CONTINUE;\n            \
+         loop {{\n",
+        glue.interface.state, glue.names.generate
+    );
+    for index in 0..glue.interface.stages.len() {
+        call_stage(glue, index, "                ", out);
+        if glue.interface.stages[index].decides {
+            out.push_str("                if (wf_verdict == FINISH) { break; }\n");
+        }
+    }
+    announce_chance(glue, "&wf_group_chance", "                ", out);
+    out.push_str(
+        "                atomicAdd(&wf_group_live, 1u);\n                \
+         break;\n            \
+         }\n            \
+         if (wf_verdict == FINISH) {\n                \
+         wf_complete(&wf_state, wf_tile, wf_pass_index, wf_lane);\n                \
+         wf_alive = false;\n            \
+         }\n        \
+         }\n        \
+         workgroupBarrier();\n        \
+         if (wf_lane == 0u) {\n            \
+         let wf_live = atomicLoad(&wf_group_live);\n            \
+         var wf_bits = 0u;\n            \
+         if (wf_live > 0u) {\n                \
+         let wf_chance = wf_block_chance(atomicLoad(&wf_group_chance), wf_live);\n                \
+         wf_bits = bitcast<u32>(wf_inverse_survival(wf_chance, wf_block_draw(wf_tile, wf_item_sample(wf_pass_index), wf_step)));\n            \
+         }\n            \
+         wf_group_verdict = vec2u(wf_live, wf_bits);\n        \
+         }\n        \
+         let wf_decided = workgroupUniformLoad(&wf_group_verdict);\n        \
+         if (wf_decided.x == 0u) { break; }\n        \
+         let wf_inverse = bitcast<f32>(wf_decided.y);\n        \
+         if (wf_inverse == 0.0) {\n            \
+         if (wf_alive) {\n                \
+         atomicAdd(&wf_counters[WF_KILLED], 1u);\n                \
+         wf_complete(&wf_state, wf_tile, wf_pass_index, wf_lane);\n            \
+         }\n            \
+         break;\n        \
+         }\n        \
+         if (wf_alive && wf_inverse != 1.0) {\n            \
+         ",
+    );
+    let _ = write!(out, "{}(&wf_state, wf_inverse);\n            wf_pin(&wf_state);\n        }}\n    }}\n}}\n", glue.names.reweight);
+    out.push_str("fn wf_item_sample(pass_index: u32) -> u32 { return wf_control.first_sample + pass_index; }\n");
+}
