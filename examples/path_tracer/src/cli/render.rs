@@ -26,6 +26,9 @@ pub(crate) struct Arguments {
     /// Samples per pixel.
     #[arg(long, value_name = "N", default_value_t = 64)]
     samples: u32,
+    /// Number of the first sample; the next run of a series begins where the last one ended.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    first_sample: u32,
     /// Bounces after which a path ends.
     #[arg(long, value_name = "N", default_value_t = 16)]
     pub(crate) depth: u32,
@@ -56,6 +59,9 @@ impl Arguments {
         if self.samples == 0 {
             return Err(Failure::Usage("--samples 0: at least 1".into()));
         }
+        if self.first_sample.checked_add(self.samples).is_none() {
+            return Err(Failure::Usage(format!("--first-sample {}: the last sample would exceed {}", self.first_sample, u32::MAX)));
+        }
         if !self.exposure.is_finite() {
             return Err(Failure::Usage(format!("--exposure {}: not a finite number", self.exposure)));
         }
@@ -65,7 +71,16 @@ impl Arguments {
             Some(0) => return Err(Failure::Usage("--pool-blocks 0: at least 1".into())),
             blocks => schedule.pool_blocks = blocks,
         }
-        Ok(Settings { width, height, samples: self.samples, depth: self.depth, seed: self.seed, schedule, ..Settings::default() })
+        Ok(Settings {
+            width,
+            height,
+            samples: self.samples,
+            first_sample: self.first_sample,
+            depth: self.depth,
+            seed: self.seed,
+            schedule,
+            ..Settings::default()
+        })
     }
 
     /// The scene with its environment, lit by something; says on stdout what had to be assumed.
