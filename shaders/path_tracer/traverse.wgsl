@@ -86,13 +86,13 @@ fn traverse(origin: vec3f, direction: vec3f, t_max: f32, left: u32, key: vec4u, 
                 return best;
             }
         }
-        while !descends {
-            if height == 0u {
-                return best;
-            }
+        while !descends && height > 0u {
             height -= 1u;
             node = stack_node[height];
             descends = stack_enter[height] <= best.t + slack;
+        }
+        if !descends {
+            break;
         }
     }
     return best;

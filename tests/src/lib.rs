@@ -4,5 +4,6 @@
 
 pub mod border;
 pub mod device;
+pub mod kernels;
 pub mod programs;
 pub mod traps;

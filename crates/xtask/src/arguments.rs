@@ -12,7 +12,7 @@ usage: cargo xtask COMMAND
   setup [--yes]           make sure that a Vulkan, Metal or Direct3D adapter exists
 
   --yes   install what is missing without asking (as does CI=true)
-  --full  run the slow tests too";
+  --full  run the slow tests and the second WGSL compiler too";
 
 /// One request, fully understood.
 #[derive(Debug, PartialEq, Eq)]

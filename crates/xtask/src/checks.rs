@@ -5,7 +5,7 @@ use std::{env, path::Path, process::Command};
 use crate::{
     anchors,
     process::{self, Failure, cargo},
-    setup,
+    second_compiler, setup,
     steps::{Outcome, Steps},
     swiftshader,
 };
@@ -43,7 +43,12 @@ fn run_steps(steps: &mut Steps, root: &Path, agreed: bool, full: bool) -> Result
                 println!("SwiftShader: {}", path.display());
                 Ok(Outcome::Passed)
             }
-            None => no_second_driver(env::var_os("WAVEPOOL_NO_SKIP").is_some_and(|value| value == "1")),
+            None => go_without(
+                "SwiftShader",
+                "not installed (Debian's package chromium carries it)",
+                "results are compared on one driver only",
+                skips_fail(),
+            ),
         }
     })?;
     steps.run("clippy", || {
@@ -51,6 +56,12 @@ fn run_steps(steps: &mut Steps, root: &Path, agreed: bool, full: bool) -> Result
         passed(&mut cargo(root, &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))
     })?;
     steps.run("docs", || passed(cargo(root, &["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings")))?;
+    if full {
+        steps.run("second compiler", || match second_compiler::missing_program() {
+            None => second_compiler::check(root).map(|()| Outcome::Passed),
+            Some(program) => go_without(program, "not on the PATH", "no second compiler reads the kernels", skips_fail()),
+        })?;
+    }
     steps.run("tests", || {
         let mut tests = cargo(root, &["test", "--workspace"]);
         if let Some(path) = &second_driver {
@@ -75,24 +86,29 @@ fn component(root: &Path, subcommand: &str, name: &str) -> Result<(), Failure> {
     Err(Failure::step(format!("`cargo {subcommand}` is not installed: `rustup component add {name}` brings it")))
 }
 
-/// Strangers may go without; where skips are forbidden, this one is too.
-fn no_second_driver(skips_fail: bool) -> Result<Outcome, Failure> {
-    let why = "SwiftShader is not installed (Debian's package chromium carries it)";
+/// True where a skipped check counts as failed.
+fn skips_fail() -> bool {
+    env::var_os("WAVEPOOL_NO_SKIP").is_some_and(|value| value == "1")
+}
+
+/// Strangers may go without what is missing; where skips are forbidden, this one is too.
+fn go_without(what: &str, why: &str, consequence: &str, skips_fail: bool) -> Result<Outcome, Failure> {
     if skips_fail {
-        return Err(Failure::step(format!("{why}, and WAVEPOOL_NO_SKIP=1 forbids to go on without")));
+        return Err(Failure::step(format!("{what} is {why}, and WAVEPOOL_NO_SKIP=1 forbids to go on without")));
     }
-    println!("skip: {why}: results are compared on one driver only");
-    Ok(Outcome::Skipped("no SwiftShader".into()))
+    println!("skip: {what} is {why}: {consequence}");
+    Ok(Outcome::Skipped(format!("no {what}")))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Kills: a build machine that quietly tests one driver.
+    /// Kills: a build machine that quietly tests one driver, or shows its kernels to one compiler.
     #[test]
     fn a_forbidden_skip_is_a_failure() {
-        assert!(matches!(no_second_driver(false), Ok(Outcome::Skipped(_))));
-        assert!(no_second_driver(true).is_err());
+        let missing = |skips_fail| go_without("SwiftShader", "not installed", "one driver only", skips_fail);
+        assert_eq!(missing(false), Ok(Outcome::Skipped("no SwiftShader".into())));
+        assert!(matches!(missing(true), Err(Failure::Step(why)) if why.contains("SwiftShader is not installed")));
     }
 }

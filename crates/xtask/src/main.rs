@@ -19,6 +19,7 @@ mod driver;
 mod json;
 mod os_release;
 mod process;
+mod second_compiler;
 mod setup;
 mod steps;
 mod swiftshader;

@@ -8,7 +8,7 @@ use std::{
 /// Folders that hold what is built or fetched, by path from the root.
 const NOT_OURS: [&str; 4] = [".git", "target", "out", "book/book"];
 /// What counts as text of ours.
-const EXTENSIONS: [&str; 7] = ["rs", "wgsl", "md", "toml", "sh", "yml", "js"];
+const EXTENSIONS: [&str; 8] = ["rs", "wgsl", "md", "toml", "sh", "yml", "js", "mjs"];
 
 /// One file.
 pub(crate) struct File {

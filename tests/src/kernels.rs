@@ -1,0 +1,142 @@
+//! Every kernel that the repository can make, as text: all programs under every kind of schedule.
+//!
+//! Key decision: a list and not files, so that a test counts what a second compiler will see; the program `dump_kernels` writes it down.
+
+use std::collections::HashSet;
+
+use glam::{Vec2, Vec3, Vec4};
+use path_tracer::{
+    Renderer,
+    scene::{
+        AlphaMode, BUILTIN, Environment, Image, LightKind, Material, PunctualLight, Scene, TextureUse, Triangle, Vertex, Wrap, builtin,
+    },
+};
+use wavepool::{ImageTiles, LinearRange, Program, Schedule, policy::WorkSource};
+
+use crate::programs;
+
+/// One complete module.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Kernel {
+    /// Program, schedule and part; a good name for a file.
+    pub name: String,
+    /// The WGSL as a device would see it.
+    pub text: String,
+}
+
+/// How the kernels are scheduled: executions, orders and regeneration.
+const SCHEDULES: [&str; 6] = ["never", "block", "block,order=depth-max", "never,order=depth-mean", "megakernel", "megakernel,pins=off"];
+const ROULETTES: [&str; 4] = ["lane", "block-max", "block-mean", "none"];
+
+/// All of them, without repetition: programs share the kernels of the scheduler.
+///
+/// # Panics
+/// When a program or a schedule is not sound.
+pub fn all() -> Vec<Kernel> {
+    let mut kernels = Vec::new();
+    let mut seen = HashSet::new();
+    for (program_name, program) in all_programs() {
+        for schedule in SCHEDULES.iter().flat_map(|schedule| ROULETTES.map(|roulette| format!("{schedule},roulette={roulette}"))) {
+            for poison in [false, true] {
+                let mut parsed: Schedule = schedule.parse().unwrap_or_else(|error| panic!("{schedule}: {error}"));
+                parsed.poison = poison.then_some(0x7fc0_0000);
+                let sources: [(&str, &dyn WorkSource); 2] =
+                    [("image", &ImageTiles { width: 40, height: 56 }), ("range", &LinearRange { count: 1000 })];
+                for (source_name, source) in sources {
+                    let poisoned = if poison { ",poison" } else { "" };
+                    let name = format!("{program_name},{source_name},{schedule}{poisoned}");
+                    let parts = program.wgsl(source, &parsed).unwrap_or_else(|error| panic!("{name}: {error}"));
+                    for (part, text) in parts {
+                        let name =
+                            format!("{name},{part}").replace("order=", "").replace("roulette=", "roulette-").replace(['=', ','], "_");
+                        if seen.insert(text.clone()) {
+                            kernels.push(Kernel { name, text });
+                        }
+                    }
+                }
+            }
+        }
+    }
+    kernels
+}
+
+/// The examples and the programs of the tests, under names that are good in files.
+fn all_programs() -> Vec<(String, Program)> {
+    let small = programs::all().into_iter().map(|build| build()).map(|program| {
+        let name = program.name().replace(|c: char| !c.is_ascii_alphanumeric(), "-");
+        (name, program)
+    });
+    let built_in = BUILTIN.iter().map(|(name, _)| ((*name).to_owned(), builtin(name).expect("it is in the list")));
+    let scenes = built_in.chain([("everything".to_owned(), everything()), ("nothing".to_owned(), Scene::default())]);
+    let path_tracers = scenes.map(|(name, scene)| {
+        let program = Renderer::program(&scene).unwrap_or_else(|error| panic!("{name}: {error}"));
+        (format!("path_tracer-{name}"), program)
+    });
+    small.chain(path_tracers).collect()
+}
+
+/// One triangle that calls for every effect.
+fn everything() -> Scene {
+    let texture = |image| {
+        let wrap = [Wrap::Mirror, Wrap::Clamp];
+        Some(TextureUse { image, uv_set: 1, wrap, linear: true, transform: [Vec3::X, Vec3::Y] })
+    };
+    let vertex = |position| Vertex {
+        position,
+        normal: Vec3::Z,
+        tangent: Vec4::new(1.0, 0.0, 0.0, 1.0),
+        uv: [Vec2::ZERO, Vec2::ONE],
+        color: Vec4::new(0.5, 1.0, 1.0, 1.0),
+    };
+    let light =
+        |kind| PunctualLight { kind, position: Vec3::splat(2.0), direction: Vec3::NEG_Z, intensity: Vec3::ONE, range: f32::INFINITY };
+    Scene {
+        name: "everything".into(),
+        vertices: [Vec3::ZERO, Vec3::X, Vec3::Y].map(vertex).to_vec(),
+        triangles: vec![Triangle { vertices: [0, 1, 2], material: 0 }],
+        materials: vec![Material {
+            base_color_texture: texture(0),
+            metallic: 0.5,
+            metallic_roughness_texture: texture(0),
+            normal_texture: texture(0),
+            emissive: Vec3::ONE,
+            emissive_texture: texture(0),
+            alpha: AlphaMode::Blend,
+            transmission: 0.5,
+            solid: true,
+            ..Material::default()
+        }],
+        images: vec![Image { name: "grey".into(), width: 2, height: 2, texels: vec![[128; 4]; 4] }],
+        lights: vec![light(LightKind::Point), light(LightKind::Spot { inner: 0.1, outer: 0.2 }), light(LightKind::Directional)],
+        environment: Some(Environment { name: "grey".into(), width: 2, height: 1, texels: vec![[0.5; 3]; 2] }),
+        ..Scene::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Kills: an effect, an execution or a kernel of the scheduler that no second compiler would ever see.
+    #[test]
+    fn nothing_is_left_out() {
+        let kernels = all();
+        let of = |program: &str| kernels.iter().filter(|kernel| kernel.name.starts_with(program)).collect::<Vec<_>>();
+        let everything = of("path_tracer-everything");
+        assert!(everything.iter().any(|kernel| kernel.text.contains("HAS_TRANSMISSION")));
+        assert!(everything.iter().all(|kernel| !kernel.text.contains(": bool = false")), "an effect is off");
+        assert!(of("path_tracer-nothing").iter().any(|kernel| kernel.text.contains("HAS_TEXTURES: bool = false")));
+        assert!(!of("collatz").is_empty() && !of("path_tracer-cornell-box").is_empty());
+        for entry in ["wf_tick", "wf_advance", "wf_resolve", "wf_generate", "wf_stage_sample_light", "wf_megakernel"] {
+            assert!(kernels.iter().any(|kernel| kernel.text.contains(&format!("fn {entry}("))), "{entry}");
+        }
+        for word in ["wf_sort_key(tile)", "wf_inverse_survival(", "0x7fc00000u"] {
+            assert!(kernels.iter().any(|kernel| kernel.text.contains(word)), "{word}");
+        }
+        let mut names: Vec<_> = kernels.iter().map(|kernel| &kernel.name).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), kernels.len(), "two kernels would go to one file");
+        assert!(names.iter().all(|name| name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c))), "{names:?}");
+    }
+}
