@@ -17,6 +17,8 @@ fn wf_advance() {
             wf_control.resolved = pass_index;
         }
     }
+    // The lanes' count has 32 bits; keep it short.
+    wf_control.items_killed = wf_add_64(wf_control.items_killed, atomicExchange(&wf_counters[WF_KILLED], 0u));
     let left = select(0u, wf_control.tiles - position, pass_index < wf_control.passes);
     let next = min(left, wf_control.pool_blocks);
     wf_control.next_pass = pass_index;

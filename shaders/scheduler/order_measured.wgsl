@@ -3,6 +3,7 @@
 // Source: Frolov and Galaktionov, Low overhead path regeneration, 2016 (longest processing time first).
 
 const WF_KEYS: u32 = 1u << WF_KEY_BITS;
+const WF_KEYS_PER_LANE: u32 = WF_KEYS / 256u;
 
 // Tiles per key, then the place of the next tile of that key.
 var<workgroup> wf_buckets: array<atomic<u32>, WF_KEYS>;
@@ -58,6 +59,9 @@ fn wf_order_passes(lane: u32) {
 }
 
 fn wf_sort(lane: u32, tiles: u32) {
+    // Estimates of tiles that ended in this very tick were written by other lanes.
+    storageBarrier();
+
     // Gather the keys: the estimate, or what a running tile has taken already.
     for (var tile = lane; tile < tiles; tile += 256u) {
         atomicStore(&wf_counters[wf_sort_key(tile)], atomicLoad(&wf_counters[wf_estimate(tile)]) & (WF_KEYS - 1u));
@@ -81,10 +85,10 @@ fn wf_sort(lane: u32, tiles: u32) {
         atomicAdd(&wf_buckets[atomicLoad(&wf_counters[wf_sort_key(tile)])], 1u);
     }
     workgroupBarrier();
-    var counts: array<u32, 4>;
+    var counts: array<u32, WF_KEYS_PER_LANE>;
     var sum = 0u;
-    for (var i = 0u; i < 4u; i++) {
-        counts[i] = atomicLoad(&wf_buckets[WF_KEYS - 1u - 4u * lane - i]);
+    for (var i = 0u; i < WF_KEYS_PER_LANE; i++) {
+        counts[i] = atomicLoad(&wf_buckets[WF_KEYS - 1u - WF_KEYS_PER_LANE * lane - i]);
         sum += counts[i];
     }
     wf_bucket_sums[lane] = sum;
@@ -99,8 +103,8 @@ fn wf_sort(lane: u32, tiles: u32) {
     }
     workgroupBarrier();
     var start = wf_bucket_sums[lane] - sum;
-    for (var i = 0u; i < 4u; i++) {
-        atomicStore(&wf_buckets[WF_KEYS - 1u - 4u * lane - i], start);
+    for (var i = 0u; i < WF_KEYS_PER_LANE; i++) {
+        atomicStore(&wf_buckets[WF_KEYS - 1u - WF_KEYS_PER_LANE * lane - i], start);
         start += counts[i];
     }
     workgroupBarrier();

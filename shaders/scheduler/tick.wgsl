@@ -6,7 +6,7 @@
 // Live and dead blocks, prefix-summed over the invocations.
 var<workgroup> wf_scan: array<vec2u, 256>;
 // Tiles retired in this tick, per slot of the result ring.
-var<workgroup> wf_retired: array<atomic<u32>, 64>;
+var<workgroup> wf_retired: array<atomic<u32>, WF_MAX_RING>;
 var<workgroup> wf_live_lanes: atomic<u32>;
 var<workgroup> wf_killed_lanes: atomic<u32>;
 var<workgroup> wf_new_lanes: atomic<u32>;
@@ -20,7 +20,7 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
     let run = (blocks + 255u) / 256u;
     let first = min(lane * run, blocks);
     let end = min(first + run, blocks);
-    if (lane < 64u) {
+    if (lane < WF_MAX_RING) {
         atomicStore(&wf_retired[lane], 0u);
     }
     if (lane == 0u) {
@@ -127,7 +127,7 @@ fn wf_decide(count: vec2u) {
     let open_passes = min(wf_control.passes, wf_control.resolved + ring);
     let queued = (open_passes - wf_control.next_pass) * wf_control.tiles - wf_control.next_position;
     var assigned = 0u;
-    if (count.y > 0u && queued > 0u && wf_regenerate(count.x, count.y, wf_control.step)) {
+    if (count.y > 0u && queued > 0u && (count.x == 0u || wf_regenerate(count.x, count.y, wf_control.step))) {
         assigned = min(count.y, queued);
         wf_control.regenerations += 1u;
     }

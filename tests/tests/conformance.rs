@@ -3,6 +3,8 @@
 //! Key decision: identity is compared by `Film::hash` over raw sums and sample counts, and every comparison also asserts that the
 //! schedules did something different; an identity between equal schedules proves nothing.
 
+#[path = "conformance/faults.rs"]
+mod faults;
 #[path = "conformance/identity.rs"]
 mod identity;
 #[path = "conformance/pins.rs"]

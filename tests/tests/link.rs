@@ -4,6 +4,8 @@
 
 #[path = "link/diagnostics.rs"]
 mod diagnostics;
+#[path = "link/edges.rs"]
+mod edges;
 #[path = "link/inference.rs"]
 mod inference;
 #[path = "link/kernels.rs"]

@@ -8,6 +8,8 @@ use crate::layout::BLOCK;
 pub(crate) const MAX_RING: u32 = 64;
 /// Work-groups per dimension that every device accepts.
 pub(crate) const MAX_GROUPS: u32 = 65_535;
+/// What a stage returns to end its walk.
+pub(crate) const FINISH: u32 = 1;
 /// "No tile", "no pixel".
 pub(crate) const NONE: u32 = u32::MAX;
 
@@ -123,6 +125,7 @@ pub(crate) fn declarations() -> String {
     let constants = [
         ("WF_NONE", NONE),
         ("WF_MAX_GROUPS", MAX_GROUPS),
+        ("WF_MAX_RING", MAX_RING),
         ("WF_BLOCK_TABLE", MAX_RING),
         ("WF_KEY_BITS", KEY_BITS),
         ("WF_GENERATE_ARGUMENTS", arguments::GENERATE),
@@ -144,7 +147,7 @@ pub(crate) fn declarations() -> String {
     format!(
         "struct Item {{ tile: u32, index: u32, pixel: u32, sample: u32 }}\n\
          const CONTINUE: u32 = 0u;\n\
-         const FINISH: u32 = 1u;\n\
+         const FINISH: u32 = {FINISH}u;\n\
          {constants}\
          struct WfControl {{\n{members}    words: array<u32>,\n}}\n\
          fn wf_live_counter(block: u32) -> u32 {{ return WF_BLOCK_COUNTERS + WF_COUNTERS_PER_BLOCK * block; }}\n\

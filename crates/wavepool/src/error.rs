@@ -56,7 +56,7 @@ pub enum Error {
         /// The device's own words.
         source: wgpu::Error,
     },
-    /// The device went away. Finished passes that were read back before are not affected.
+    /// The device went away, and with it what had not been read back.
     #[error("the GPU device was lost: {0}")]
     DeviceLost(String),
     /// The device did not finish within the time given.

@@ -14,8 +14,8 @@
 #![doc = include_str!("../../../examples/collatz/src/collatz.wgsl")]
 //! ```
 //!
-//! Key decisions: the device decides, the host records; random numbers and results belong to items, never to lanes; so every schedule
-//! gives the same bits on one device and driver. What is given up: stages are pure in their lane, they cannot talk to each other.
+//! Key decisions: the device decides, the host records; random numbers and results belong to items, never to lanes; so on one device
+//! and driver every schedule gives the same bits, as long as the roulette is the same and the pins are on. What is given up: stages are pure in their lane, they cannot talk to each other.
 //!
 //! **Invariant:** `program`, `layout`, `policy` and `plan` never see a device; `executor` alone encodes wgpu commands.
 

@@ -1,6 +1,6 @@
 //! A schedule: one choice for every policy.
 //!
-//! **Invariant:** on one device and driver, two schedules that differ in nothing but policies give the same film, bit for bit.
+//! **Invariant:** on one device and driver, with pins, two schedules of the same roulette give the same film, bit for bit.
 
 use std::{fmt, str::FromStr, sync::Arc};
 
@@ -71,7 +71,7 @@ impl Schedule {
         Schedule { execution: Execution::Megakernel, ..Schedule::never() }
     }
 
-    /// Fixes the size of the pool.
+    /// Fixes the size of the pool; one that is larger than the work is cut down to it.
     pub fn with_pool_blocks(self, blocks: u32) -> Self {
         Schedule { pool_blocks: Some(blocks), ..self }
     }

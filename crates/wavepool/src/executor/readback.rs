@@ -1,6 +1,7 @@
 //! Brings words back from the device, with time limits.
 
 use std::{
+    panic::AssertUnwindSafe,
     sync::mpsc,
     time::{Duration, Instant},
 };
@@ -97,9 +98,12 @@ pub(super) fn wait(
             Err(mpsc::TryRecvError::Disconnected) => return Err(Error::DeviceLost(format!("{doing}: the mapping was dropped"))),
             Err(mpsc::TryRecvError::Empty) => {}
         }
-        match device.poll(wgpu::PollType::Wait { submission_index: Some(submission.clone()), timeout: Some(SLICE) }) {
-            Ok(_) | Err(wgpu::PollError::Timeout) => {}
-            Err(error) => return Err(Error::DeviceLost(format!("{doing}: {error}"))),
+        // wgpu 30 panics when it polls a device that is gone.
+        let wait = wgpu::PollType::Wait { submission_index: Some(submission.clone()), timeout: Some(SLICE) };
+        match std::panic::catch_unwind(AssertUnwindSafe(|| device.poll(wait))) {
+            Ok(Ok(_) | Err(wgpu::PollError::Timeout)) => {}
+            Ok(Err(error)) => return Err(Error::DeviceLost(format!("{doing}: {error}"))),
+            Err(_) => return Err(Error::DeviceLost(format!("{doing}: the driver gave it up"))),
         }
         if begun.elapsed() > PATIENCE {
             return Err(Error::Timeout { doing: doing.to_owned(), seconds: PATIENCE.as_secs() });
@@ -110,10 +114,11 @@ pub(super) fn wait(
 /// A whole buffer as words.
 pub(super) fn read_words(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &wgpu::Buffer, doing: &str) -> Result<Vec<u32>> {
     let staging = mappable(device, buffer.size())?;
-    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some(doing) });
-    encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
-    let submission = queue.submit([encoder.finish()]);
-    let mapped = request(&staging);
+    let (submission, mapped) = scoped(device, doing, || {
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some(doing) });
+        encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
+        (queue.submit([encoder.finish()]), request(&staging))
+    })?;
     wait(device, &submission, &mapped, doing)?;
     let view = staging.get_mapped_range(..).map_err(|error| Error::DeviceLost(error.to_string()))?;
     Ok(bytemuck::pod_collect_to_vec(&view))

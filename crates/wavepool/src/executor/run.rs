@@ -27,7 +27,7 @@ const MOST_STEPS: u32 = 512;
 const TARGET: Duration = Duration::from_millis(20);
 
 impl Scheduler {
-    /// Walks every item of samples `first..first + passes`; `observe` is called between submissions and may stop the run, after which
+    /// Walks every item of samples `first..first + passes`; `observe` is called between submissions until it stops the run, after which
     /// the film holds the passes that were resolved by then.
     ///
     /// # Errors
@@ -72,7 +72,7 @@ impl Scheduler {
         observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
     ) -> Result<(Snapshot, u32)> {
         let mut pending: VecDeque<Pending> = VecDeque::new();
-        let mut steps = 2;
+        let mut steps = 1;
         let mut submissions = 0_u32;
         let mut last_answer = Instant::now();
         let mut latest = None;
@@ -94,7 +94,9 @@ impl Scheduler {
                 items_started: self.items_started(&snapshot.control),
                 elapsed: begun.elapsed(),
             };
-            stopped |= observe(&progress).is_break() || snapshot.control.resolved == head.passes;
+            if !stopped {
+                stopped = observe(&progress).is_break() || snapshot.control.resolved == head.passes;
+            }
             // Steer towards the target time, doubling or halving at most.
             let took = last_answer.elapsed();
             last_answer = Instant::now();
@@ -103,7 +105,9 @@ impl Scheduler {
             } else if took > TARGET * 2 {
                 steps /= 2;
             }
-            steps = steps.max(if submissions > 2 { FEWEST_STEPS } else { 2 });
+            // A step of the megakernel is many whole walks; one may be as much as a watchdog allows.
+            let fewest = if self.schedule.execution == Execution::Megakernel { 1 } else { FEWEST_STEPS };
+            steps = steps.max(if submissions > 2 { fewest } else { 1 });
             latest = Some(snapshot);
         }
         latest.map(|snapshot| (snapshot, submissions)).ok_or_else(|| Error::Conservation("nothing was submitted".into()))

@@ -49,6 +49,17 @@ const MAX_POOL_BLOCKS: u32 = 1 << 19;
 impl Sizes {
     /// Chooses the pool and the ring.
     pub(super) fn choose(demand: &Demand) -> Result<Sizes> {
+        // Kernels count words in 32 bits.
+        let demand = &Demand { binding: demand.binding.min(4 << 32), ..*demand };
+        let most = u64::from(MAX_POOL_BLOCKS);
+        match demand.pool_blocks {
+            Some(0) => return Err(Error::Schedule("a pool needs at least one block".into())),
+            Some(blocks) if blocks > MAX_POOL_BLOCKS => {
+                let (what, advice) = ("the pool".into(), format!("ask for at most {most} blocks"));
+                return Err(Error::Limit { what, need: u64::from(blocks), limit: most, unit: "blocks", advice });
+            }
+            _ => {}
+        }
         let tiles = u64::from(demand.tiles);
         let is_wavefront = demand.execution == Execution::Wavefront;
         let useful = (tiles * u64::from(demand.passes)).min(u64::from(MAX_POOL_BLOCKS)) as u32;

@@ -51,6 +51,9 @@ fn vector(prefix: &str, size: VectorSize, kind: naga::Scalar, out: &mut Vec<Leaf
     Ok(())
 }
 
+/// Leaves that a state or a result may have: 16 KiB per lane are beyond every use.
+pub(crate) const MOST_LEAVES: usize = 4096;
+
 /// The leaves of `ty` in declaration order, or why it cannot be state.
 pub(crate) fn flatten(module: &Module, ty: Handle<Type>, prefix: &str, out: &mut Vec<Leaf>) -> Result<(), String> {
     match &module.types[ty].inner {
@@ -79,8 +82,10 @@ pub(crate) fn leaf_count(module: &Module, ty: Handle<Type>) -> usize {
         TypeInner::Scalar(_) => 1,
         TypeInner::Vector { size, .. } => *size as usize,
         TypeInner::Matrix { columns, rows, .. } => *columns as usize * *rows as usize,
-        TypeInner::Array { base, size: naga::ArraySize::Constant(count), .. } => count.get() as usize * leaf_count(module, *base),
-        TypeInner::Struct { members, .. } => members.iter().map(|member| leaf_count(module, member.ty)).sum(),
+        TypeInner::Array { base, size: naga::ArraySize::Constant(count), .. } => {
+            (count.get() as usize).saturating_mul(leaf_count(module, *base))
+        }
+        TypeInner::Struct { members, .. } => members.iter().fold(0, |sum: usize, member| sum.saturating_add(leaf_count(module, member.ty))),
         _ => 0,
     }
 }

@@ -9,7 +9,7 @@ mod leaves;
 mod planes;
 
 pub use leaves::{Leaf, Scalar};
-pub(crate) use leaves::{flatten, leaf_count};
+pub(crate) use leaves::{MOST_LEAVES, flatten, leaf_count};
 pub(crate) use planes::lay_out;
 pub use planes::{KernelTraffic, Layout};
 

@@ -1,7 +1,8 @@
 //! Policies: the decisions of the scheduler, as traits with two faces.
 //!
 //! Key decision: each policy has a device face, WGSL linked into the scheduler's kernels, and a host face, a pure function that takes
-//! the same decision from the same numbers. Both use integers, so that they agree bit for bit.
+//! the same decision from the same numbers. Decisions
+//! about blocks and tiles use integers and agree bit for bit; a chance of survival is a float, whose last bit WGSL leaves open.
 //!
 //! **Invariant:** no policy sees a device; what the library's own policies use is public.
 

@@ -8,8 +8,8 @@ use std::fmt::Debug;
 
 /// Decides in which steps dead blocks receive new tiles.
 ///
-/// Must: answer yes whenever no block lives, or the run would never end; give the same answer on both faces; use nothing but the
-/// arguments. May: answer yes at any other time. Unspecified: how many steps pass between two questions.
+/// Must: give the same answer on both faces; use nothing but the arguments. May: answer yes at any time. Unspecified: how many steps pass
+/// between two questions. When no block lives nobody is asked: tiles are handed out.
 pub trait Regeneration: Debug + Send + Sync {
     /// One word, as in `--schedule`.
     fn name(&self) -> &str;

@@ -44,7 +44,7 @@ pub trait TileFormula: Debug + Send + Sync {
 /// keys and follows the numbers of the tiles.
 pub trait TileMeasure: Debug + Send + Sync {
     /// WGSL that declares `fn wf_tile_key(steps: u32, lane_steps: u32, items: u32) -> u32`: steps of the tile, sum of its live lanes over
-    /// them, its items.
+    /// them (and, while it runs, over the coming step), its items.
     fn wgsl(&self) -> String;
 
     /// The same on the host.

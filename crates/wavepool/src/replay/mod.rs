@@ -91,8 +91,8 @@ struct Block {
 /// Re-enacts `schedule` on `passes` passes of `source` with a pool of `pool_blocks` and results of `ring` passes in flight.
 pub fn replay(schedule: &Schedule, source: &dyn WorkSource, passes: u32, pool_blocks: u32, ring: u32, lengths: &dyn WalkLengths) -> Replay {
     let mut state = State {
-        pool: (0..pool_blocks).map(|_| None).collect(),
-        outstanding: vec![source.tiles(); ring as usize],
+        pool: (0..pool_blocks.max(1)).map(|_| None).collect(),
+        outstanding: vec![source.tiles(); ring.max(1) as usize],
         queue: Queue::new(schedule.order.rule(), source.tiles()),
         resolved: 0,
         step: 0,
@@ -137,7 +137,7 @@ impl State<'_> {
         let live = self.pool.iter().flatten().count() as u32;
         let dead = self.pool.len() as u32 - live;
         let queued = self.queue.left(passes.min(self.resolved + ring));
-        if dead == 0 || queued == 0 || !schedule.regeneration.regenerate(live, dead, self.step) {
+        if dead == 0 || queued == 0 || (live > 0 && !schedule.regeneration.regenerate(live, dead, self.step)) {
             return;
         }
         let assigned = queued.min(u64::from(dead)) as u32;

@@ -30,13 +30,13 @@ impl Diagnostic {
 
     /// Points at several places of `text`; the first is where the mistake is.
     pub(crate) fn labelled(file: &str, text: &str, labels: &[(Range<usize>, &str)], message: &str, notes: &[String]) -> Self {
-        let start = labels.first().map_or(0, |(span, _)| span.start).min(text.len());
+        let start = labels.first().map_or(0, |(span, _)| text.floor_char_boundary(span.start));
         let before = &text[..start];
         let line = before.matches('\n').count() + 1;
         let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
         let labels = labels.iter().enumerate().map(|(index, (span, label))| {
-            let start = span.start.min(text.len());
-            let range = start..span.end.clamp(start, text.len());
+            let start = text.floor_char_boundary(span.start);
+            let range = start..text.ceil_char_boundary(span.end.max(start));
             let style = if index == 0 { LabelStyle::Primary } else { LabelStyle::Secondary };
             Label::new(style, (), range).with_message(*label)
         });

@@ -12,7 +12,7 @@ use std::{collections::HashMap, ops::Range};
 
 use naga::{Block, Expression, Function, Handle, Module, Span, Statement, TypeInner};
 
-use crate::layout::leaf_count;
+use crate::{control::FINISH, layout::leaf_count};
 
 /// A set of leaves, by index.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -134,9 +134,6 @@ impl Summary {
         join_alternatives(self.on_continue.clone(), self.on_finish.clone()).unwrap_or_default()
     }
 }
-
-/// The value of `FINISH` in the contract.
-const FINISH: u32 = 1;
 
 /// Summarises `function` with respect to its argument number `argument`, a pointer to the state.
 pub(crate) fn analyse(module: &Module, function: Handle<Function>, argument: u32) -> Summary {

@@ -8,7 +8,7 @@ use naga::{AddressSpace, Block, Expression, Function, Handle, Module, Span, Stat
 
 use super::{Composition, Diagnostic, Summary, analyse};
 use crate::{
-    layout::{Leaf, Scalar, flatten},
+    layout::{Leaf, MOST_LEAVES, Scalar, flatten, leaf_count},
     program::Names,
 };
 
@@ -118,14 +118,21 @@ impl Inspector<'_> {
         }
         let state = self.state?;
         let mut leaves = Vec::new();
-        if let Err(problem) = flatten(&self.module, state, "", &mut leaves) {
+        let scalars = leaf_count(&self.module, state);
+        let flat = if scalars > MOST_LEAVES {
+            Err(format!("it has {scalars} scalars, the limit is {MOST_LEAVES}"))
+        } else {
+            flatten(&self.module, state, "", &mut leaves)
+        };
+        if let Err(problem) = flat {
             let span = self.module.types.get_span(state);
             let message = format!("`{}` cannot be kept between stages: {problem}", self.type_name(state));
             self.error(span, &message, "the state");
         }
         let result_type = self.module.functions[finish].result.as_ref()?.ty;
         let mut result = Vec::new();
-        let flat = flatten(&self.module, result_type, "", &mut result);
+        let is_small = leaf_count(&self.module, result_type) <= MOST_LEAVES;
+        let flat = if is_small { flatten(&self.module, result_type, "", &mut result) } else { Err(String::new()) };
         let supported = flat.is_ok() && !result.is_empty() && result.iter().all(|leaf| leaf.scalar != Scalar::I32);
         if !supported {
             let span = self.head(finish);
@@ -137,6 +144,9 @@ impl Inspector<'_> {
         roots.extend(reweight);
         let (functions, globals) = self.reachable(&roots);
         functions.iter().for_each(|function| self.check_rules(*function));
+        // What naga cannot write stops it even where nobody calls it.
+        let all: Vec<_> = self.module.functions.iter().map(|(handle, _)| handle).collect();
+        all.iter().for_each(|function| self.check_pointers(*function));
         let resources = self.resources(&globals);
         if !self.errors.is_empty() {
             return None;
@@ -317,23 +327,26 @@ impl Inspector<'_> {
             Statement::Atomic { pointer, .. } if self.is_float_atomic(function, *pointer) => {
                 found.push((span, format!("`{name}` adds floats atomically"), "the sum would depend on the order of the lanes"));
             }
-            Statement::Call { arguments, .. } => {
-                for argument in arguments {
-                    if self.is_part_pointer(function, *argument) {
-                        let place = function.expressions.get_span(*argument);
-                        let place = if place.is_defined() { place } else { span };
-                        found.push((
-                            place,
-                            format!("`{name}` passes a pointer to a part of a variable"),
-                            "copy it into a `var`, pass that, copy it back",
-                        ));
-                    }
-                }
-            }
             _ => {}
         });
         for (span, message, label) in found {
             self.error(span, &message, label);
+        }
+    }
+
+    fn check_pointers(&mut self, handle: Handle<Function>) {
+        let mut found: Vec<Span> = Vec::new();
+        let function = &self.module.functions[handle];
+        each_statement(&function.body, &mut |statement, span| {
+            let Statement::Call { arguments, .. } = statement else { return };
+            for argument in arguments.iter().filter(|argument| self.is_part_pointer(function, **argument)) {
+                let place = function.expressions.get_span(*argument);
+                found.push(if place.is_defined() { place } else { span });
+            }
+        });
+        let message = format!("`{}` passes a pointer to a part of a variable", function.name.as_deref().unwrap_or_default());
+        for span in found {
+            self.error(span, &message, "copy it into a `var`, pass that, copy it back");
         }
     }
 

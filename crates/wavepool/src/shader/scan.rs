@@ -138,9 +138,13 @@ pub(super) fn check(module: &SourceModule) -> Option<Diagnostic> {
             _ => {}
         }
     }
-    let opening = open.pop()?;
-    let message = format!("`{}` is never closed", char::from(code[opening.start]));
-    Some(error(module, opening, &message, "opened here", &[]))
+    if let Some(opening) = open.pop() {
+        let message = format!("`{}` is never closed", char::from(code[opening.start]));
+        return Some(error(module, opening, &message, "opened here", &[]));
+    }
+    // Without its end, the last declaration would run on into the next module.
+    let last = tokens(&code, 0).last().filter(|token| !matches!(&code[token.clone()], b";" | b"}"))?;
+    Some(error(module, last, "the last declaration is not complete", "expected `;` after this", &[]))
 }
 
 /// The imports at the head of the module, and what is wrong with them.
