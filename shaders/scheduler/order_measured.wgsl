@@ -7,7 +7,6 @@ const WF_KEYS_PER_LANE: u32 = WF_KEYS / 256u;
 
 // Tiles per key, then the place of the next tile of that key.
 var<workgroup> wf_buckets: array<atomic<u32>, WF_KEYS>;
-var<workgroup> wf_bucket_sums: array<u32, 256>;
 var<workgroup> wf_round_keys: array<u32, 256>;
 // Tiles to sort, 0 when no pass ends.
 var<workgroup> wf_sort_tiles: u32;
@@ -91,18 +90,7 @@ fn wf_sort(lane: u32, tiles: u32) {
         counts[i] = atomicLoad(&wf_buckets[WF_KEYS - 1u - WF_KEYS_PER_LANE * lane - i]);
         sum += counts[i];
     }
-    wf_bucket_sums[lane] = sum;
-    for (var distance = 1u; distance < 256u; distance <<= 1u) {
-        workgroupBarrier();
-        var before = wf_bucket_sums[lane];
-        if (lane >= distance) {
-            before += wf_bucket_sums[lane - distance];
-        }
-        workgroupBarrier();
-        wf_bucket_sums[lane] = before;
-    }
-    workgroupBarrier();
-    var start = wf_bucket_sums[lane] - sum;
+    var start = wf_sums_before(lane, vec2u(sum, 0u)).x;
     for (var i = 0u; i < WF_KEYS_PER_LANE; i++) {
         atomicStore(&wf_buckets[WF_KEYS - 1u - WF_KEYS_PER_LANE * lane - i], start);
         start += counts[i];

@@ -3,7 +3,7 @@
 // Assignment follows the order of the blocks by prefix sums, never the order of atomics.
 // Source: Frolov and Galaktionov, Low overhead path regeneration, 2016.
 
-// Live and dead blocks, prefix-summed over the invocations.
+// Sums over the invocations up to each.
 var<workgroup> wf_scan: array<vec2u, 256>;
 // Tiles retired in this tick, per slot of the result ring.
 var<workgroup> wf_retired: array<atomic<u32>, WF_MAX_RING>;
@@ -50,18 +50,7 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
         count.y += 1u;
     }
 
-    // Sum over the invocations before this one.
-    wf_scan[lane] = count;
-    for (var distance = 1u; distance < 256u; distance <<= 1u) {
-        workgroupBarrier();
-        var sum = wf_scan[lane];
-        if (lane >= distance) {
-            sum += wf_scan[lane - distance];
-        }
-        workgroupBarrier();
-        wf_scan[lane] = sum;
-    }
-    workgroupBarrier();
+    let before = wf_sums_before(lane, count);
     if (lane == 0u) {
         wf_decide(wf_scan[255]);
     }
@@ -70,7 +59,6 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
 
     // List the live blocks and those that receive a tile, both in block order.
     let assignment = wf_assignment;
-    let before = wf_scan[lane] - count;
     var dead = before.y;
     var listed = before.x + min(before.y, assignment.x);
     for (var block = first; block < end; block++) {
@@ -104,6 +92,22 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
         wf_control.items_killed = wf_add_64(wf_control.items_killed, atomicLoad(&wf_killed_lanes));
         wf_control.lane_steps = wf_add_64(wf_control.lane_steps, atomicLoad(&wf_live_lanes) + new_lanes);
     }
+}
+
+// Sums over the invocations before this one; `wf_scan[255]` holds the total until the next call.
+fn wf_sums_before(lane: u32, value: vec2u) -> vec2u {
+    var sum = value;
+    wf_scan[lane] = sum;
+    for (var distance = 1u; distance < 256u; distance <<= 1u) {
+        workgroupBarrier();
+        if (lane >= distance) {
+            sum += wf_scan[lane - distance];
+        }
+        workgroupBarrier();
+        wf_scan[lane] = sum;
+    }
+    workgroupBarrier();
+    return sum - value;
 }
 
 // Takes the decisions of this tick from the number of live and dead blocks.

@@ -6,11 +6,8 @@
 
 use std::fmt::Write as _;
 
-use super::generate::{Glue, call_stage};
-use crate::{
-    layout::BLOCK,
-    policy::{Execution, RouletteScope, Statistic},
-};
+use super::generate::{Glue, MEGAKERNEL_HEAD, call_stage};
+use crate::policy::{Execution, RouletteScope, Statistic};
 
 /// One word from four counters, apart from every stream of the program: pcg4d of Jarzynski and Olano, JCGT 9(3), 2020.
 const DRAW: &str = "fn wf_draw(counters: vec4u) -> u32 {
@@ -116,13 +113,7 @@ pub(super) fn lockstep_megakernel(glue: &Glue, out: &mut String) {
          var<workgroup> wf_group_live: atomic<u32>;\n\
          // Live lanes, and the bits of what the block's draw gave.\n\
          var<workgroup> wf_group_verdict: vec2u;\n\
-         @compute @workgroup_size({BLOCK})\n\
-         fn wf_megakernel(@builtin(workgroup_id) wf_group: vec3u, @builtin(local_invocation_index) wf_lane: u32) {{\n    \
-         let wf_slot = wf_group.x + wf_group.y * WF_MAX_GROUPS;\n    \
-         if (wf_slot >= wf_control.new_blocks) {{ return; }}\n    \
-         let wf_pass_index = wf_control.next_pass;\n    \
-         let wf_tile = wf_tile_at(wf_pass_index, wf_control.next_position + wf_slot);\n    \
-         let wf_item = wf_item_of(wf_tile, wf_pass_index, wf_lane);\n    \
+         {MEGAKERNEL_HEAD}\
          var wf_state = {}();\n    \
          var wf_alive = wf_item.pixel != WF_NONE;\n    \
          if (wf_alive) {{\n        \

@@ -315,16 +315,20 @@ fn finish_lane(glue: &Glue, late: &LeafSet, indent: &str, out: &mut String) {
     );
 }
 
+/// Which item this invocation walks; both megakernels begin so.
+pub(super) const MEGAKERNEL_HEAD: &str = "@compute @workgroup_size(256)
+fn wf_megakernel(@builtin(workgroup_id) wf_group: vec3u, @builtin(local_invocation_index) wf_lane: u32) {
+    let wf_slot = wf_group.x + wf_group.y * WF_MAX_GROUPS;
+    if (wf_slot >= wf_control.new_blocks) { return; }
+    let wf_pass_index = wf_control.next_pass;
+    let wf_tile = wf_tile_at(wf_pass_index, wf_control.next_position + wf_slot);
+    let wf_item = wf_item_of(wf_tile, wf_pass_index, wf_lane);
+    ";
+
 fn megakernel(glue: &Glue, out: &mut String) {
     let _ = write!(
         out,
-        "@compute @workgroup_size({BLOCK})\n\
-         fn wf_megakernel(@builtin(workgroup_id) wf_group: vec3u, @builtin(local_invocation_index) wf_lane: u32) {{\n    \
-         let wf_slot = wf_group.x + wf_group.y * WF_MAX_GROUPS;\n    \
-         if (wf_slot >= wf_control.new_blocks) {{ return; }}\n    \
-         let wf_pass_index = wf_control.next_pass;\n    \
-         let wf_tile = wf_tile_at(wf_pass_index, wf_control.next_position + wf_slot);\n    \
-         let wf_item = wf_item_of(wf_tile, wf_pass_index, wf_lane);\n    \
+        "{MEGAKERNEL_HEAD}\
          if (wf_item.pixel == WF_NONE) {{ return; }}\n    \
          var wf_state = {}();\n    \
          {}(&wf_state, wf_item);\n    \

@@ -4,9 +4,9 @@
 
 use std::{collections::BTreeSet, ops::Range};
 
-use naga::{AddressSpace, Block, Expression, Function, Handle, Module, Span, Statement, StorageAccess, Type, TypeInner};
+use naga::{AddressSpace, Expression, Function, Handle, Module, Span, Statement, StorageAccess, Type, TypeInner};
 
-use super::{Composition, Diagnostic, Summary, analyse};
+use super::{Composition, Diagnostic, Summary, analyse, rules::each_statement};
 use crate::{
     layout::{Leaf, MOST_LEAVES, Scalar, flatten, leaf_count},
     program::Names,
@@ -52,8 +52,8 @@ pub(crate) enum ResourceKind {
     Sampler,
 }
 
-struct Inspector<'a> {
-    module: Module,
+pub(super) struct Inspector<'a> {
+    pub(super) module: Module,
     composition: &'a Composition,
     errors: Vec<Diagnostic>,
     state: Option<Handle<Type>>,
@@ -173,7 +173,7 @@ impl Inspector<'_> {
         })
     }
 
-    fn error(&mut self, span: Span, message: &str, label: &str) {
+    pub(super) fn error(&mut self, span: Span, message: &str, label: &str) {
         let diagnostic = self.composition.diagnostic(span, message, label, &[]);
         self.errors.push(diagnostic);
     }
@@ -276,140 +276,6 @@ impl Inspector<'_> {
         (functions, globals)
     }
 
-    fn check_rules(&mut self, handle: Handle<Function>) {
-        let mut found: Vec<(Span, String, &str)> = Vec::new();
-        let function = &self.module.functions[handle];
-        let name = function.name.clone().unwrap_or_default();
-        for (handle, expression) in function.expressions.iter() {
-            let by_neighbours = match expression {
-                Expression::Derivative { .. } => true,
-                Expression::ImageSample { level, .. } => matches!(level, naga::SampleLevel::Auto | naga::SampleLevel::Bias(_)),
-                _ => false,
-            };
-            if by_neighbours {
-                let label = "use textureLoad or textureSampleLevel";
-                let span = function.expressions.get_span(handle);
-                found.push((span, format!("`{name}` takes a derivative, which needs neighbouring pixels"), label));
-            }
-            if let Expression::GlobalVariable(global) = expression {
-                let variable = &self.module.global_variables[*global];
-                let what = match variable.space {
-                    AddressSpace::Private => "var<private>",
-                    AddressSpace::WorkGroup => "var<workgroup>",
-                    _ => continue,
-                };
-                let span = function.expressions.get_span(handle);
-                let span = if span.is_defined() { span } else { self.module.global_variables.get_span(*global) };
-                found.push((
-                    span,
-                    format!("`{name}` uses {what} `{}`", variable.name.as_deref().unwrap_or("")),
-                    "a stage is pure in its lane: keep it in the state",
-                ));
-            }
-        }
-        each_statement(&function.body, &mut |statement, span| match statement {
-            Statement::ControlBarrier(_) | Statement::MemoryBarrier(_) | Statement::WorkGroupUniformLoad { .. } => {
-                found.push((span, format!("`{name}` waits at a barrier"), "a stage does not know its work-group"));
-            }
-            Statement::SubgroupBallot { .. } | Statement::SubgroupGather { .. } | Statement::SubgroupCollectiveOperation { .. } => {
-                found.push((span, format!("`{name}` uses a subgroup operation"), "a stage does not know its subgroup"));
-            }
-            Statement::ImageStore { .. } => {
-                found.push((span, format!("`{name}` writes to a texture"), "a walk leaves results through `finish` alone"))
-            }
-            Statement::Store { pointer, .. } if self.root_is_global(function, *pointer) => {
-                found.push((
-                    span,
-                    format!("`{name}` writes to a buffer without an atomic"),
-                    "lanes race: use integer atomics or the state",
-                ));
-            }
-            Statement::Atomic { pointer, .. } if self.is_float_atomic(function, *pointer) => {
-                found.push((span, format!("`{name}` adds floats atomically"), "the sum would depend on the order of the lanes"));
-            }
-            _ => {}
-        });
-        for (span, message, label) in found {
-            self.error(span, &message, label);
-        }
-    }
-
-    fn check_pointers(&mut self, handle: Handle<Function>) {
-        let mut found: Vec<Span> = Vec::new();
-        let function = &self.module.functions[handle];
-        each_statement(&function.body, &mut |statement, span| {
-            let Statement::Call { arguments, .. } = statement else { return };
-            for argument in arguments.iter().filter(|argument| self.is_part_pointer(function, **argument)) {
-                let place = function.expressions.get_span(*argument);
-                found.push(if place.is_defined() { place } else { span });
-            }
-        });
-        let message = format!("`{}` passes a pointer to a part of a variable", function.name.as_deref().unwrap_or_default());
-        for span in found {
-            self.error(span, &message, "copy it into a `var`, pass that, copy it back");
-        }
-    }
-
-    /// `&v.member` or `&v[i]` as an argument: naga 30 accepts it and panics when it writes SPIR-V (wgpu issues 4540 and 5593).
-    fn is_part_pointer(&self, function: &Function, argument: Handle<Expression>) -> bool {
-        let mut root = argument;
-        let mut is_part = false;
-        loop {
-            match function.expressions[root] {
-                Expression::AccessIndex { base, .. } | Expression::Access { base, .. } => {
-                    is_part = true;
-                    root = base;
-                }
-                Expression::LocalVariable(_) => return is_part,
-                Expression::FunctionArgument(index) => {
-                    let ty = function.arguments.get(index as usize).map(|argument| &self.module.types[argument.ty].inner);
-                    return is_part && matches!(ty, Some(TypeInner::Pointer { .. }));
-                }
-                _ => return false,
-            }
-        }
-    }
-
-    fn root_is_global(&self, function: &Function, mut pointer: Handle<Expression>) -> bool {
-        loop {
-            match function.expressions[pointer] {
-                Expression::AccessIndex { base, .. } | Expression::Access { base, .. } => pointer = base,
-                Expression::GlobalVariable(global) => {
-                    return matches!(self.module.global_variables[global].space, AddressSpace::Storage { .. });
-                }
-                _ => return false,
-            }
-        }
-    }
-
-    fn is_float_atomic(&self, function: &Function, mut pointer: Handle<Expression>) -> bool {
-        let mut path = Vec::new();
-        loop {
-            match function.expressions[pointer] {
-                Expression::AccessIndex { base, index } => {
-                    path.push(Some(index));
-                    pointer = base;
-                }
-                Expression::Access { base, .. } => {
-                    path.push(None);
-                    pointer = base;
-                }
-                Expression::GlobalVariable(global) => {
-                    let mut ty = self.module.global_variables[global].ty;
-                    for step in path.iter().rev() {
-                        ty = match (&self.module.types[ty].inner, step) {
-                            (TypeInner::Struct { members, .. }, Some(index)) => members[*index as usize].ty,
-                            (TypeInner::Array { base, .. }, _) => *base,
-                            _ => return false,
-                        };
-                    }
-                    return matches!(self.module.types[ty].inner, TypeInner::Atomic(scalar) if scalar.kind == naga::ScalarKind::Float);
-                }
-                _ => return false,
-            }
-        }
-    }
-
     fn resources(&mut self, globals: &BTreeSet<Handle<naga::GlobalVariable>>) -> Vec<Resource> {
         let mut resources = Vec::new();
         for &handle in globals {
@@ -471,23 +337,4 @@ fn texture(dim: naga::ImageDimension, arrayed: bool, class: naga::ImageClass) ->
         _ => return None,
     };
     Some(ResourceKind::Texture { dimension, sample_type })
-}
-
-fn each_statement(block: &Block, visit: &mut dyn FnMut(&Statement, Span)) {
-    for (statement, span) in block.span_iter() {
-        visit(statement, *span);
-        match statement {
-            Statement::Block(inner) => each_statement(inner, visit),
-            Statement::If { accept, reject, .. } => {
-                each_statement(accept, visit);
-                each_statement(reject, visit);
-            }
-            Statement::Switch { cases, .. } => cases.iter().for_each(|case| each_statement(&case.body, visit)),
-            Statement::Loop { body, continuing, .. } => {
-                each_statement(body, visit);
-                each_statement(continuing, visit);
-            }
-            _ => {}
-        }
-    }
 }

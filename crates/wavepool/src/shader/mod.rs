@@ -12,6 +12,7 @@ mod generate;
 mod infer;
 mod inspect;
 mod link;
+mod rules;
 mod scan;
 
 pub use compose::SourceModule;
