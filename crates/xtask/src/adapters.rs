@@ -25,7 +25,7 @@ impl Adapter {
         format!("{} ({})", self.name, about.map(String::as_str).collect::<Vec<_>>().join(", "))
     }
 
-    /// True for the software driver of Mesa 22 and older, which runs a path tracing kernel about five times slower than that of Mesa 25.
+    /// True for the software driver of Mesa 22 and older, which runs a path tracing kernel several times slower than that of Mesa 25.
     pub(crate) fn is_slow_software(&self) -> bool {
         let all = || std::iter::once(&self.name).chain(&self.details);
         let software = all().any(|text| text.contains("llvmpipe"));

@@ -10,7 +10,7 @@ use std::fmt;
 
 use crate::{apt_sources::Source, os_release::OsRelease};
 
-/// Debian 12 ships Mesa 22.3, whose software driver is about five times slower than that of the backports.
+/// Debian 12 ships Mesa 22.3, whose software driver is several times slower than that of the backports.
 const BACKPORTS_SUITE: &str = "bookworm-backports";
 /// The file we add when no source offers the backports.
 const BACKPORTS_FILE: &str = "/etc/apt/sources.list.d/wavepool-backports.sources";

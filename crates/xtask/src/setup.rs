@@ -37,7 +37,7 @@ pub(crate) fn set_up(root: &Path, agreed: bool) -> Result<Vec<Adapter>, Failure>
         println!("adapter: {}", adapter.label());
     }
     if found.iter().all(Adapter::is_slow_software) {
-        println!("hint: this is the software driver of Mesa 22 or older, about five times slower than that of Mesa 25;");
+        println!("hint: this is the software driver of Mesa 22 or older, several times slower than that of Mesa 25;");
         println!("hint: on Debian 12, `apt-get install -t bookworm-backports mesa-vulkan-drivers` brings the newer one");
     }
     Ok(found)

@@ -6,7 +6,7 @@
 
 use std::fmt::Write as _;
 
-use super::generate::{Glue, MEGAKERNEL_HEAD, call_stage};
+use super::generate::{Glue, MEGAKERNEL_HEAD, call_stages};
 use crate::policy::{Execution, RouletteScope, Statistic};
 
 /// One word from four counters, apart from every stream of the program: pcg4d of Jarzynski and Olano, JCGT 9(3), 2020.
@@ -131,12 +131,7 @@ pub(super) fn lockstep_megakernel(glue: &Glue, out: &mut String) {
          loop {{\n",
         glue.interface.state, glue.names.generate
     );
-    for index in 0..glue.interface.stages.len() {
-        call_stage(glue, index, "                ", out);
-        if glue.interface.stages[index].decides {
-            out.push_str("                if (wf_verdict == FINISH) { break; }\n");
-        }
-    }
+    call_stages(glue, "                ", out);
     announce_chance(glue, "&wf_group_chance", "                ", out);
     out.push_str(
         "                atomicAdd(&wf_group_live, 1u);\n                \

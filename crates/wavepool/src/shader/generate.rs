@@ -245,7 +245,7 @@ fn generate_kernel(glue: &Glue, out: &mut String) {
 }
 
 /// Calls stage `index`; `verdict` tells afterwards whether the walk goes on.
-pub(super) fn call_stage(glue: &Glue, index: usize, indent: &str, out: &mut String) {
+fn call_stage(glue: &Glue, index: usize, indent: &str, out: &mut String) {
     let stage = &glue.interface.stages[index];
     if stage.decides {
         let _ = writeln!(out, "{indent}wf_verdict = {}(&wf_state);", stage.name);
@@ -253,6 +253,16 @@ pub(super) fn call_stage(glue: &Glue, index: usize, indent: &str, out: &mut Stri
         let _ = writeln!(out, "{indent}{}(&wf_state);", stage.name);
     }
     let _ = writeln!(out, "{indent}wf_pin(&wf_state);");
+}
+
+/// Calls all stages of a step inside a loop, which the verdict of any of them leaves.
+pub(super) fn call_stages(glue: &Glue, indent: &str, out: &mut String) {
+    for index in 0..glue.interface.stages.len() {
+        call_stage(glue, index, indent, out);
+        if glue.interface.stages[index].decides {
+            let _ = writeln!(out, "{indent}if (wf_verdict == FINISH) {{ break; }}");
+        }
+    }
 }
 
 fn stage_kernel(glue: &Glue, index: usize, out: &mut String) {
@@ -338,12 +348,7 @@ fn megakernel(glue: &Glue, out: &mut String) {
          loop {{\n",
         glue.interface.state, glue.names.generate
     );
-    for index in 0..glue.interface.stages.len() {
-        call_stage(glue, index, "        ", out);
-        if glue.interface.stages[index].decides {
-            out.push_str("        if (wf_verdict == FINISH) { break; }\n");
-        }
-    }
+    call_stages(glue, "        ", out);
     if glue.roulette.is_some() {
         gamble::draw_lane(glue, "atomicAdd(&wf_counters[WF_KILLED], 1u);", "        ", out);
         out.push_str("        if (wf_verdict == FINISH) { break; }\n");
