@@ -1,7 +1,11 @@
 // Advances the megakernel: accounts for the tiles just launched, lets a finished pass be resolved, prepares the next launch.
 
-@compute @workgroup_size(1)
-fn wf_advance() {
+@compute @workgroup_size(256)
+fn wf_advance(@builtin(local_invocation_index) lane: u32) {
+    wf_drain_counters(lane);
+    if (lane > 0u) {
+        return;
+    }
     let launched = wf_control.new_blocks;
     var pass_index = wf_control.next_pass;
     var position = wf_control.next_position + launched;
@@ -17,14 +21,12 @@ fn wf_advance() {
             wf_control.resolved = pass_index;
         }
     }
-    // The lanes' count has 32 bits; keep it short.
-    wf_control.items_killed = wf_add_64(wf_control.items_killed, atomicExchange(&wf_counters[WF_KILLED], 0u));
     let left = select(0u, wf_control.tiles - position, pass_index < wf_control.passes);
     let next = min(left, wf_control.pool_blocks);
     wf_control.next_pass = pass_index;
     wf_control.next_position = position;
     wf_control.new_blocks = next;
     wf_control.live_blocks = next;
-    wf_write_arguments(WF_STAGE_ARGUMENTS, next);
+    wf_write_arguments(WF_BANK_ARGUMENTS + WF_STAGE_ARGUMENTS, next);
     wf_write_arguments(WF_RESOLVE_ARGUMENTS, resolve_tiles);
 }

@@ -13,6 +13,8 @@ var<workgroup> wf_new_lanes: atomic<u32>;
 // Blocks that receive a tile, the queue's head (pass, position), and the step in which they are born. Through work-group memory, because
 // a work-group barrier says nothing about storage.
 var<workgroup> wf_assignment: vec4u;
+// Where each bank's blocks begin in the lists of live (x) and of new (y) blocks; the entry after the last bank is the end.
+var<workgroup> wf_bank_starts: array<vec2u, WF_MAX_BANKS + 1u>;
 
 @compute @workgroup_size(256)
 fn wf_tick(@builtin(local_invocation_index) lane: u32) {
@@ -28,6 +30,7 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
         atomicStore(&wf_killed_lanes, 0u);
         atomicStore(&wf_new_lanes, 0u);
     }
+    wf_drain_counters(lane);
     workgroupBarrier();
 
     // Retire blocks that died, count the others.
@@ -62,6 +65,9 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
     var dead = before.y;
     var listed = before.x + min(before.y, assignment.x);
     for (var block = first; block < end; block++) {
+        if (block % wf_control.bank_blocks == 0u) {
+            wf_bank_starts[block / wf_control.bank_blocks] = vec2u(listed, min(dead, assignment.x));
+        }
         if (wf_block_tile(block) == WF_NONE) {
             let rank = dead;
             dead += 1u;
@@ -77,12 +83,16 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
             atomicStore(&wf_counters[wf_live_counter(block)], lanes);
             atomicStore(&wf_counters[wf_killed_counter(block)], 0u);
             wf_set_new_block(rank, block);
+            wf_record_assignment(rank, block, tile);
             atomicAdd(&wf_new_lanes, lanes);
         }
         wf_set_live_block(listed, block);
         listed += 1u;
     }
     workgroupBarrier();
+    if (lane <= wf_control.banks) {
+        wf_launch_bank(lane);
+    }
     if (lane == 0u) {
         let new_lanes = atomicLoad(&wf_new_lanes);
         if (assignment.z + assignment.x >= wf_control.tiles) {
@@ -90,7 +100,60 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
         }
         wf_control.items_started = wf_add_64(wf_control.items_started, new_lanes);
         wf_control.items_killed = wf_add_64(wf_control.items_killed, atomicLoad(&wf_killed_lanes));
-        wf_control.lane_steps = wf_add_64(wf_control.lane_steps, atomicLoad(&wf_live_lanes) + new_lanes);
+        let live_lanes = atomicLoad(&wf_live_lanes) + new_lanes;
+        wf_control.lane_steps = wf_add_64(wf_control.lane_steps, live_lanes);
+        wf_count_bank_launches();
+        wf_record_step(live_lanes);
+    }
+}
+
+// Says where the blocks of a bank stand in the two lists, and how many work-groups they are.
+fn wf_launch_bank(bank: u32) {
+    let start = wf_bank_starts[bank];
+    wf_control.words[WF_BANK_LIVE + bank] = start.x;
+    wf_control.words[WF_BANK_NEW + bank] = start.y;
+    if (bank < wf_control.banks) {
+        let end = wf_bank_starts[bank + 1u];
+        let arguments = WF_BANK_ARGUMENTS + WF_ARGUMENTS_PER_BANK * bank;
+        wf_write_arguments(arguments + WF_GENERATE_ARGUMENTS, end.y - start.y);
+        wf_write_arguments(arguments + WF_STAGE_ARGUMENTS, end.x - start.x);
+    }
+}
+
+// Launches of a bank without blocks have no groups and do not count.
+fn wf_count_bank_launches() {
+    for (var bank = 0u; bank < wf_control.banks; bank++) {
+        let blocks = wf_bank_starts[bank + 1u] - wf_bank_starts[bank];
+        wf_control.bank_steps += min(blocks.x, 1u);
+        wf_control.bank_regenerations += min(blocks.y, 1u);
+    }
+}
+
+// Writes down what this tick has decided, for those who want to compare it with something.
+fn wf_record_step(live_lanes: u32) {
+    if (wf_control.record == 0u) {
+        return;
+    }
+    let resolves = wf_arguments[WF_RESOLVE_ARGUMENTS] > 0u;
+    if (wf_control.live_blocks > 0u || resolves) {
+        let place = wf_control.record_steps * WF_RECORD_PER_STEP;
+        wf_record[place] = wf_control.live_blocks;
+        wf_record[place + 1u] = live_lanes;
+        wf_record[place + 2u] = wf_control.new_blocks;
+        wf_record[place + 3u] = select(0u, wf_control.resolve_pass + 1u, resolves);
+        wf_control.record_steps += 1u;
+        wf_control.record_assignments += wf_control.new_blocks;
+    }
+}
+
+fn wf_record_assignment(rank: u32, block: u32, tile: u32) {
+    if (wf_control.record > 0u) {
+        let assignments = wf_control.record * WF_RECORD_PER_STEP;
+        let place = assignments + (wf_control.record_assignments + rank) * WF_RECORD_PER_ASSIGNMENT;
+        wf_record[place] = wf_block_birth(block);
+        wf_record[place + 1u] = block;
+        wf_record[place + 2u] = wf_block_pass(block);
+        wf_record[place + 3u] = tile;
     }
 }
 
@@ -114,15 +177,15 @@ fn wf_sums_before(lane: u32, value: vec2u) -> vec2u {
 fn wf_decide(count: vec2u) {
     let ring = wf_control.ring;
     for (var slot = 0u; slot < ring; slot++) {
-        wf_control.words[slot] -= atomicLoad(&wf_retired[slot]);
+        wf_control.words[WF_RING + slot] -= atomicLoad(&wf_retired[slot]);
     }
 
     // Resolve the oldest pass when none of its tiles is outstanding; its slot of the ring is free from the next step on.
     let oldest = wf_control.resolved;
     var resolve_tiles = 0u;
-    if (oldest < wf_control.passes && wf_control.words[oldest % ring] == 0u) {
+    if (oldest < wf_control.passes && wf_control.words[WF_RING + oldest % ring] == 0u) {
         resolve_tiles = wf_control.tiles;
-        wf_control.words[oldest % ring] = wf_control.tiles;
+        wf_control.words[WF_RING + oldest % ring] = wf_control.tiles;
         wf_control.resolve_pass = oldest;
         wf_control.resolved = oldest + 1u;
     }
@@ -146,8 +209,7 @@ fn wf_decide(count: vec2u) {
     wf_control.live_blocks = live;
     wf_control.block_steps = wf_add_64(wf_control.block_steps, live);
     wf_control.step = step;
-    wf_write_arguments(WF_GENERATE_ARGUMENTS, assigned);
-    wf_write_arguments(WF_STAGE_ARGUMENTS, live);
+    wf_bank_starts[wf_control.banks] = vec2u(live, assigned);
     wf_write_arguments(WF_RESOLVE_ARGUMENTS, resolve_tiles);
 }
 

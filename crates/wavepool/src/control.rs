@@ -6,6 +6,8 @@ use crate::layout::BLOCK;
 
 /// Passes that may be in flight at once, at most: the size of the tick's table.
 pub(crate) const MAX_RING: u32 = 64;
+/// Banks that a pool may have, at most: 8 GiB of state at 128 MiB each.
+pub(crate) const MAX_BANKS: u32 = 64;
 /// Work-groups per dimension that every device accepts.
 pub(crate) const MAX_GROUPS: u32 = 65_535;
 /// What a stage returns to end its walk.
@@ -17,26 +19,75 @@ pub(crate) const NONE: u32 = u32::MAX;
 /// the list of blocks that start a tile, the lane-steps of the tile so far, and what block roulette has drawn (bits of a float: 0 kills).
 const BLOCK_SECTIONS: [&str; 7] =
     ["block_tile", "block_pass", "block_birth", "live_block", "new_block", "block_lane_steps", "block_inverse"];
+/// Places in that list.
+pub(crate) const BLOCK_TILE: u32 = 0;
+pub(crate) const BLOCK_PASS: u32 = 1;
+pub(crate) const BLOCK_BIRTH: u32 = 2;
 /// Measured tile orders keep keys of so many bits, packed with the pass they stem from.
 pub(crate) const KEY_BITS: u32 = 10;
 
 /// Where the arguments of each indirect launch lie, in words.
 pub(crate) mod arguments {
+    pub(crate) const RESOLVE: u32 = 0;
+    /// Of the first bank; the others follow.
+    pub(crate) const BANKS: u32 = 4;
+    pub(crate) const PER_BANK: u32 = 8;
+    /// Within a bank.
     pub(crate) const GENERATE: u32 = 0;
+    /// Within a bank.
     pub(crate) const STAGE: u32 = 4;
-    pub(crate) const RESOLVE: u32 = 8;
-    pub(crate) const WORDS: u32 = 12;
+
+    pub(crate) fn words(banks: u32) -> u32 {
+        BANKS + PER_BANK * banks
+    }
 }
 
-/// Where the counters lie, in words.
+/// Where the counters lie, in words. The tick empties them into totals of 64 bits, except those of the audit.
 pub(crate) mod counters {
     pub(crate) const NOT_FINITE: u32 = 0;
     pub(crate) const MISSING: u32 = 1;
+    /// Items ended by roulette in the megakernel; wavefronts count per block.
     pub(crate) const KILLED: u32 = 2;
+    /// Items ended by the program; counted in checked mode alone.
+    pub(crate) const FINISHED: u32 = 3;
+    /// What the audit finds: lanes alive, blocks whose counter disagrees with their lanes, results of unresolved passes, items killed in
+    /// blocks that still run.
+    pub(crate) const AUDIT_ALIVE: u32 = 4;
+    pub(crate) const AUDIT_MISMATCH: u32 = 5;
+    pub(crate) const AUDIT_DONE: u32 = 6;
+    pub(crate) const AUDIT_KILLED: u32 = 7;
+    pub(crate) const AFTER_AUDIT: u32 = 8;
+    /// The program's named counters and assertions.
+    pub(crate) const NAMED: u32 = 16;
+    /// Named counters and assertions that a program may have.
+    pub(crate) const MOST_NAMED: u32 = BLOCKS - NAMED;
     /// Per block: live lanes, lanes killed by roulette, their chances condensed for block roulette.
-    pub(crate) const BLOCKS: u32 = 16;
+    pub(crate) const BLOCKS: u32 = 64;
     /// Words per block.
     pub(crate) const PER_BLOCK: u32 = 3;
+}
+
+/// What the control buffer keeps between its head and the table of blocks, in words from the end of the head.
+pub(crate) mod tables {
+    use super::{MAX_BANKS, MAX_RING, counters};
+
+    /// Tiles of the pass in each slot of the result ring that have not been retired.
+    pub(crate) const RING: u32 = 0;
+    /// Where each bank's blocks begin in the list of live blocks, and where the last one's end.
+    pub(crate) const BANK_LIVE: u32 = RING + MAX_RING;
+    /// The same for the list of blocks that start a tile.
+    pub(crate) const BANK_NEW: u32 = BANK_LIVE + MAX_BANKS + 1;
+    /// The counters' totals, as (low, high).
+    pub(crate) const TOTALS: u32 = BANK_NEW + MAX_BANKS + 1;
+    pub(crate) const BLOCKS: u32 = (TOTALS + 2 * counters::BLOCKS).next_multiple_of(4);
+}
+
+/// What the tick writes down about a step and about a tile handed out, when asked, in words.
+pub(crate) mod record {
+    /// Live blocks, live lanes, blocks that start a tile, the pass handed to resolve plus one (0: none).
+    pub(crate) const PER_STEP: u32 = 4;
+    /// Step, block, pass, tile.
+    pub(crate) const PER_ASSIGNMENT: u32 = 4;
 }
 
 macro_rules! control_record {
@@ -102,15 +153,36 @@ control_record! {
     seed: u32 = "u32",
     /// Which of the two stored orders the queue follows.
     order_slot: u32 = "u32",
+    /// Banks of the pool.
+    banks: u32 = "u32",
+    /// Blocks per bank; the last one may have fewer.
+    bank_blocks: u32 = "u32",
+    /// Steps that the record has room for; 0 when nothing is written down.
+    record: u32 = "u32",
+    /// Steps written down since the host emptied the record.
+    record_steps: u32 = "u32",
+    /// Tiles written down since.
+    record_assignments: u32 = "u32",
+    /// Sum over the steps of banks with a live block: that often each stage was launched.
+    bank_steps: u32 = "u32",
+    /// Sum over the regenerations of banks with a block that starts a tile.
+    bank_regenerations: u32 = "u32",
+    /// Rounds the head to whole rows.
+    padding: u32 = "u32",
 }
 
 impl Control {
     /// Words of the whole control buffer for a pool; a measured order keeps two orders of the tiles.
     pub(crate) fn words(pool_blocks: u32, ordered_tiles: u32) -> u64 {
         size_of::<Control>() as u64 / 4
-            + u64::from(MAX_RING)
+            + u64::from(tables::BLOCKS)
             + BLOCK_SECTIONS.len() as u64 * u64::from(pool_blocks)
             + 2 * u64::from(ordered_tiles)
+    }
+
+    /// Where the table of blocks begins, in bytes.
+    pub(crate) fn block_table() -> u64 {
+        size_of::<Control>() as u64 + 4 * u64::from(tables::BLOCKS)
     }
 }
 
@@ -126,14 +198,29 @@ pub(crate) fn declarations() -> String {
         ("WF_NONE", NONE),
         ("WF_MAX_GROUPS", MAX_GROUPS),
         ("WF_MAX_RING", MAX_RING),
-        ("WF_BLOCK_TABLE", MAX_RING),
+        ("WF_MAX_BANKS", MAX_BANKS),
+        ("WF_RING", tables::RING),
+        ("WF_BANK_LIVE", tables::BANK_LIVE),
+        ("WF_BANK_NEW", tables::BANK_NEW),
+        ("WF_TOTALS", tables::TOTALS),
+        ("WF_BLOCK_TABLE", tables::BLOCKS),
+        ("WF_RECORD_PER_STEP", record::PER_STEP),
+        ("WF_RECORD_PER_ASSIGNMENT", record::PER_ASSIGNMENT),
         ("WF_KEY_BITS", KEY_BITS),
+        ("WF_RESOLVE_ARGUMENTS", arguments::RESOLVE),
+        ("WF_BANK_ARGUMENTS", arguments::BANKS),
+        ("WF_ARGUMENTS_PER_BANK", arguments::PER_BANK),
         ("WF_GENERATE_ARGUMENTS", arguments::GENERATE),
         ("WF_STAGE_ARGUMENTS", arguments::STAGE),
-        ("WF_RESOLVE_ARGUMENTS", arguments::RESOLVE),
         ("WF_NOT_FINITE", counters::NOT_FINITE),
         ("WF_MISSING", counters::MISSING),
         ("WF_KILLED", counters::KILLED),
+        ("WF_FINISHED", counters::FINISHED),
+        ("WF_AUDIT_ALIVE", counters::AUDIT_ALIVE),
+        ("WF_AUDIT_MISMATCH", counters::AUDIT_MISMATCH),
+        ("WF_AUDIT_DONE", counters::AUDIT_DONE),
+        ("WF_AUDIT_KILLED", counters::AUDIT_KILLED),
+        ("WF_AFTER_AUDIT", counters::AFTER_AUDIT),
         ("WF_BLOCK_COUNTERS", counters::BLOCKS),
         ("WF_COUNTERS_PER_BLOCK", counters::PER_BLOCK),
     ];
@@ -150,6 +237,8 @@ pub(crate) fn declarations() -> String {
          const FINISH: u32 = {FINISH}u;\n\
          {constants}\
          struct WfControl {{\n{members}    words: array<u32>,\n}}\n\
+         fn wf_bank_live(bank: u32) -> u32 {{ return wf_control.words[WF_BANK_LIVE + bank]; }}\n\
+         fn wf_bank_new(bank: u32) -> u32 {{ return wf_control.words[WF_BANK_NEW + bank]; }}\n\
          fn wf_live_counter(block: u32) -> u32 {{ return WF_BLOCK_COUNTERS + WF_COUNTERS_PER_BLOCK * block; }}\n\
          fn wf_killed_counter(block: u32) -> u32 {{ return wf_live_counter(block) + 1u; }}\n\
          fn wf_chance_counter(block: u32) -> u32 {{ return wf_live_counter(block) + 2u; }}\n\

@@ -71,3 +71,10 @@ pub enum Error {
     #[error("conservation violated: {0}")]
     Conservation(String),
 }
+
+impl Error {
+    /// True when the device has no memory for what was asked.
+    pub fn is_out_of_memory(&self) -> bool {
+        matches!(self, Error::Gpu { source: wgpu::Error::OutOfMemory { .. }, .. })
+    }
+}

@@ -5,7 +5,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use crate::{Error, Result};
+use crate::{Error, KernelCache, Result};
 
 /// A device, its queue and what is known about them.
 #[derive(Clone, Debug)]
@@ -16,6 +16,8 @@ pub struct GpuContext {
     pub queue: wgpu::Queue,
     /// Which adapter it came from.
     pub facts: AdapterFacts,
+    /// Kernels compiled for it.
+    pub cache: KernelCache,
     lost: Arc<Mutex<Option<String>>>,
 }
 
@@ -116,7 +118,13 @@ impl GpuContext {
         let mut limits = wgpu::Limits::default();
         limits.max_storage_buffer_binding_size = limits.max_storage_buffer_binding_size.max(offered.max_storage_buffer_binding_size);
         limits.max_buffer_size = limits.max_buffer_size.max(offered.max_buffer_size);
-        let descriptor = wgpu::DeviceDescriptor { label: Some("wavepool"), required_limits: limits, ..Default::default() };
+        let wished = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES;
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("wavepool"),
+            required_limits: limits,
+            required_features: adapter.features() & wished,
+            ..Default::default()
+        };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|source| Error::NoDevice { adapter: facts.name.clone(), source })?;
         let lost = Arc::new(Mutex::new(None));
@@ -126,7 +134,7 @@ impl GpuContext {
                 *slot = Some(format!("{reason:?}: {message}"));
             }
         });
-        Ok(GpuContext { device, queue, facts, lost })
+        Ok(GpuContext { device, queue, facts, cache: KernelCache::new(), lost })
     }
 
     /// Why the device went away, when it has.

@@ -18,6 +18,8 @@ pub enum Size {
     LiveBlocks,
     /// All tiles when a pass is complete, else none.
     FinishedTiles,
+    /// All tiles, or all blocks of a bank.
+    All,
 }
 
 /// What a dispatch runs.
@@ -36,9 +38,18 @@ pub enum Kernel {
     Advance,
     /// Adds a finished pass to the film.
     Resolve,
+    /// Checked mode: counts the live lanes of a bank again.
+    AuditLanes,
+    /// Checked mode: counts the results of unresolved passes again.
+    AuditResults,
 }
 
 impl Kernel {
+    /// True for kernels that see one bank at a time: they are launched once for each.
+    pub fn is_per_bank(&self) -> bool {
+        matches!(self, Kernel::Generate | Kernel::Stage(_) | Kernel::AuditLanes)
+    }
+
     /// The entry point in the generated WGSL.
     pub fn entry_point(&self) -> String {
         match self {
@@ -57,6 +68,8 @@ impl fmt::Display for Kernel {
             Kernel::Tick => "tick",
             Kernel::Advance => "advance",
             Kernel::Resolve => "resolve",
+            Kernel::AuditLanes => "audit_lanes",
+            Kernel::AuditResults => "audit_results",
         })
     }
 }
@@ -77,24 +90,34 @@ pub struct Plan {
     pub opening: Vec<Launch>,
     /// Every step.
     pub step: Vec<Launch>,
+    /// In checked mode, between the stages of a step and its tick.
+    pub audit: Vec<Launch>,
 }
 
 impl Plan {
-    /// The plan of an execution for the given stages.
-    pub fn new<'a>(execution: Execution, stages: impl Iterator<Item = &'a str>) -> Self {
+    /// The plan of an execution for the given stages, checked or not.
+    pub fn new<'a>(execution: Execution, stages: impl Iterator<Item = &'a str>, is_checked: bool) -> Self {
         let launch = |kernel, size| Launch { kernel, size };
         let resolve = launch(Kernel::Resolve, Size::FinishedTiles);
+        let mut audit = Vec::new();
+        if is_checked && execution == Execution::Wavefront {
+            audit.push(launch(Kernel::AuditLanes, Size::All));
+        }
+        if is_checked {
+            audit.push(launch(Kernel::AuditResults, Size::All));
+        }
         match execution {
             Execution::Wavefront => {
                 let tick = launch(Kernel::Tick, Size::Groups(1));
                 let mut step = vec![launch(Kernel::Generate, Size::NewBlocks)];
                 step.extend(stages.map(|stage| launch(Kernel::Stage(stage.to_owned()), Size::LiveBlocks)));
                 step.extend([tick.clone(), resolve]);
-                Plan { opening: vec![tick], step }
+                Plan { opening: vec![tick], step, audit }
             }
             Execution::Megakernel => {
                 let advance = launch(Kernel::Advance, Size::Groups(1));
-                Plan { opening: vec![advance.clone()], step: vec![launch(Kernel::Megakernel, Size::LiveBlocks), advance, resolve] }
+                let step = vec![launch(Kernel::Megakernel, Size::LiveBlocks), advance.clone(), resolve];
+                Plan { opening: vec![advance], step, audit }
             }
         }
     }
@@ -113,6 +136,7 @@ impl fmt::Display for Plan {
             writeln!(f, "{when}: {}", launches.join(" -> "))
         };
         line(f, "once", &self.opening)?;
-        line(f, "step", &self.step)
+        line(f, "step", &self.step)?;
+        if self.audit.is_empty() { Ok(()) } else { line(f, "audit, before the tick", &self.audit) }
     }
 }

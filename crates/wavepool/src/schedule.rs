@@ -35,6 +35,10 @@ pub struct Schedule {
     pub roulette: Option<Arc<dyn Roulette>>,
     /// Blocks of 256 lanes; of the megakernel: tiles per launch. `None` lets the library choose.
     pub pool_blocks: Option<u32>,
+    /// Blocks in a bank, at most; `None` fills a binding of the device.
+    pub bank_blocks: Option<u32>,
+    /// Steps in a submission; `None` aims at 20 ms each.
+    pub submission_steps: Option<u32>,
     /// Keep drivers from rewriting algebra across the borders of stages. Without it, executions may differ in the last bits.
     pub pins: bool,
     /// For tests: fills every leaf that a kernel may not use with this word.
@@ -56,6 +60,8 @@ impl Schedule {
             regeneration: Arc::new(BlockInPlace::default()),
             roulette: Some(Arc::new(PerLane)),
             pool_blocks: None,
+            bank_blocks: None,
+            submission_steps: None,
             pins: true,
             poison: None,
         }
@@ -74,6 +80,16 @@ impl Schedule {
     /// Fixes the size of the pool; one that is larger than the work is cut down to it.
     pub fn with_pool_blocks(self, blocks: u32) -> Self {
         Schedule { pool_blocks: Some(blocks), ..self }
+    }
+
+    /// Spreads the pool over banks of at most so many blocks.
+    pub fn with_bank_blocks(self, blocks: u32) -> Self {
+        Schedule { bank_blocks: Some(blocks), ..self }
+    }
+
+    /// Fixes the number of steps in a submission.
+    pub fn with_submission_steps(self, steps: u32) -> Self {
+        Schedule { submission_steps: Some(steps.max(1)), ..self }
     }
 
     /// Replaces the regeneration policy.

@@ -1,9 +1,13 @@
 //! Pipelines and bind group layouts of a program under a schedule.
 
-use super::resources::{Resources, binding_type};
+use super::{
+    cache::{KernelCache, Key, fingerprint},
+    resources::{Resources, binding_type},
+};
 use crate::{
     Error, Program, Result,
     plan::{self, Launch, Plan},
+    shader::Linked,
 };
 
 /// Which buffers a kernel sees.
@@ -28,6 +32,7 @@ pub(super) struct Kernels {
     kernels: Vec<Kernel>,
     pub(super) stage_layout: wgpu::BindGroupLayout,
     pub(super) tick_layout: wgpu::BindGroupLayout,
+    pub(super) resolve_layout: wgpu::BindGroupLayout,
     /// Groups of the program, by index.
     pub(super) program_groups: Vec<(u32, wgpu::BindGroup)>,
 }
@@ -45,22 +50,37 @@ pub(super) fn scoped<T>(device: &wgpu::Device, doing: &str, make: impl FnOnce() 
     }
 }
 
-fn storage_layout(device: &wgpu::Device, label: &str, writable: &[bool]) -> wgpu::BindGroupLayout {
-    let entries: Vec<_> = writable
+/// What a binding of group 0 is.
+#[derive(Clone, Copy, Debug)]
+enum Own {
+    Read,
+    Write,
+    Uniform,
+}
+
+const STAGE_BINDINGS: [Own; 5] = [Own::Read, Own::Write, Own::Write, Own::Write, Own::Uniform];
+const TICK_BINDINGS: [Own; 4] = [Own::Write; 4];
+const RESOLVE_BINDINGS: [Own; 4] = [Own::Read, Own::Write, Own::Write, Own::Write];
+
+fn own_layout(device: &wgpu::Device, label: &str, bindings: &[Own]) -> Result<wgpu::BindGroupLayout> {
+    let buffer = |own: &Own| match own {
+        Own::Read => wgpu::BufferBindingType::Storage { read_only: true },
+        Own::Write => wgpu::BufferBindingType::Storage { read_only: false },
+        Own::Uniform => wgpu::BufferBindingType::Uniform,
+    };
+    let entries: Vec<_> = bindings
         .iter()
         .enumerate()
-        .map(|(binding, writable)| wgpu::BindGroupLayoutEntry {
+        .map(|(binding, own)| wgpu::BindGroupLayoutEntry {
             binding: binding as u32,
             visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Storage { read_only: !writable },
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
+            ty: wgpu::BindingType::Buffer { ty: buffer(own), has_dynamic_offset: false, min_binding_size: None },
             count: None,
         })
         .collect();
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
+    scoped(device, &format!("creating the layout of {label}"), || {
+        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
+    })
 }
 
 impl Kernels {
@@ -68,74 +88,90 @@ impl Kernels {
         device: &wgpu::Device,
         program: &Program,
         plan: &Plan,
-        stages: &str,
-        tick: &str,
-        resolve: &str,
+        linked: &Linked,
         resources: &Resources,
+        cache: &KernelCache,
     ) -> Result<Self> {
         let name = program.name();
-        let stage_layout =
-            scoped(device, "creating the layout of stages", || storage_layout(device, "wavepool stage", &[false, true, true, true]))?;
-        let tick_layout =
-            scoped(device, "creating the layout of the tick", || storage_layout(device, "wavepool tick", &[true, true, true]))?;
+        let stage_layout = own_layout(device, "wavepool stages", &STAGE_BINDINGS)?;
+        let tick_layout = own_layout(device, "wavepool tick", &TICK_BINDINGS)?;
+        let resolve_layout = own_layout(device, "wavepool resolve", &RESOLVE_BINDINGS)?;
         let (group_layouts, program_groups) = program_groups(device, program, resources)?;
-        let module = |label: &str, text: &str| {
-            scoped(device, &format!("compiling {name}: {label}"), || {
-                device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                    label: Some(label),
-                    source: wgpu::ShaderSource::Wgsl(text.into()),
-                })
-            })
-        };
-        let stage_module = module("stages", stages)?;
-        let tick_module = module("tick", tick)?;
-        let resolve_module = module("resolve", resolve)?;
-
         let mut layouts = vec![Some(&stage_layout)];
         layouts.extend(group_layouts.iter().map(Option::as_ref));
-        let pipeline_layout = |label: &str, groups: &[Option<&wgpu::BindGroupLayout>]| {
-            scoped(device, "creating a pipeline layout", || {
-                device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                    label: Some(label),
-                    bind_group_layouts: groups,
-                    immediate_size: 0,
-                })
-            })
+        let stage_layouts = fingerprint(&format!("{STAGE_BINDINGS:?} {:?}", program.interface().resources));
+        let (tick_layouts, resolve_layouts) = ([Some(&tick_layout)], [Some(&resolve_layout)]);
+        let part = |class| match class {
+            Class::Stage => (&linked.stages.text, layouts.as_slice(), stage_layouts),
+            Class::Tick => (&linked.tick, tick_layouts.as_slice(), 0),
+            Class::Resolve => (&linked.resolve, resolve_layouts.as_slice(), 0),
         };
-        let stage_pipeline_layout = pipeline_layout("stages", &layouts)?;
-        let tick_pipeline_layout = pipeline_layout("tick", &[Some(&tick_layout)])?;
-        let resolve_pipeline_layout = pipeline_layout("resolve", &[Some(&stage_layout)])?;
 
         let mut kernels: Vec<Kernel> = Vec::new();
-        for Launch { kernel, .. } in plan.opening.iter().chain(&plan.step) {
+        for Launch { kernel, .. } in plan.opening.iter().chain(&plan.step).chain(&plan.audit) {
             if kernels.iter().any(|known| known.kernel == *kernel) {
                 continue;
             }
-            let (class, module, layout) = match kernel {
-                plan::Kernel::Tick | plan::Kernel::Advance => (Class::Tick, &tick_module, &tick_pipeline_layout),
-                plan::Kernel::Resolve => (Class::Resolve, &resolve_module, &resolve_pipeline_layout),
-                _ => (Class::Stage, &stage_module, &stage_pipeline_layout),
+            let class = match kernel {
+                plan::Kernel::Tick | plan::Kernel::Advance => Class::Tick,
+                plan::Kernel::Resolve => Class::Resolve,
+                _ => Class::Stage,
             };
-            let (entry, label) = (kernel.entry_point(), kernel.to_string());
-            let pipeline = scoped(device, &format!("compiling {name}: {kernel}"), || {
-                device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                    label: Some(&label),
-                    layout: Some(layout),
-                    module,
-                    entry_point: Some(&entry),
-                    compilation_options: wgpu::PipelineCompilationOptions { zero_initialize_workgroup_memory: false, ..Default::default() },
-                    cache: None,
-                })
-            })?;
+            let (text, groups, layout) = part(class);
+            let key = Key { device: device.clone(), text: fingerprint(text), entry_point: kernel.entry_point(), layout };
+            let pipeline = match cache.pipeline(&key) {
+                Some(pipeline) => pipeline,
+                None => {
+                    let pipeline = compile(device, &format!("{name}: {kernel}"), text, &key, groups, cache)?;
+                    cache.keep_pipeline(key, &pipeline);
+                    pipeline
+                }
+            };
             kernels.push(Kernel { kernel: kernel.clone(), class, pipeline });
         }
-        Ok(Kernels { kernels, stage_layout, tick_layout, program_groups })
+        Ok(Kernels { kernels, stage_layout, tick_layout, resolve_layout, program_groups })
     }
 
     /// The kernel of a launch; every launch of the plan has one.
     pub(super) fn get(&self, wanted: &plan::Kernel) -> Option<&Kernel> {
         self.kernels.iter().find(|kernel| kernel.kernel == *wanted)
     }
+}
+
+fn compile(
+    device: &wgpu::Device,
+    label: &str,
+    text: &str,
+    key: &Key,
+    groups: &[Option<&wgpu::BindGroupLayout>],
+    cache: &KernelCache,
+) -> Result<wgpu::ComputePipeline> {
+    let module = match cache.module(device, key.text) {
+        Some(module) => module,
+        None => {
+            let source = wgpu::ShaderSource::Wgsl(text.into());
+            let module = scoped(device, &format!("compiling {label}"), || {
+                device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(label), source })
+            })?;
+            cache.keep_module(device, key.text, &module);
+            module
+        }
+    };
+    scoped(device, &format!("compiling {label}"), || {
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(label),
+            bind_group_layouts: groups,
+            immediate_size: 0,
+        });
+        device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(label),
+            layout: Some(&layout),
+            module: &module,
+            entry_point: Some(&key.entry_point),
+            compilation_options: wgpu::PipelineCompilationOptions { zero_initialize_workgroup_memory: false, ..Default::default() },
+            cache: None,
+        })
+    })
 }
 
 type Groups = (Vec<Option<wgpu::BindGroupLayout>>, Vec<(u32, wgpu::BindGroup)>);

@@ -6,24 +6,33 @@
 //! **Invariant:** every create call stands inside an error scope. **Invariant:** every wait has a time limit.
 
 mod buffers;
+mod cache;
+mod collect;
 mod kernels;
+mod launch_cost;
 mod readback;
 mod resources;
 mod run;
 mod sizes;
+mod snapshot;
+mod times;
 
 use std::time::Duration;
 
+pub use cache::KernelCache;
 pub use resources::{Resources, upload};
+pub use run::Run;
+pub use snapshot::{LaneState, PoolSnapshot, Value};
 
 #[cfg(doc)]
 use crate::Error;
 use crate::{
-    Film, Program, Result, Schedule,
+    Film, Instruments, Program, Result, Schedule,
     layout::Layout,
     plan::Plan,
     policy::{Execution, OrderRule, WorkSource},
-    shader::{Linked, link},
+    profile::{Observed, Statistics},
+    shader::{Fault, link},
 };
 use buffers::Buffers;
 use kernels::Kernels;
@@ -43,6 +52,86 @@ pub struct Scheduler {
     buffers: Option<Buffers>,
     wgsl: String,
     seed: u32,
+    resources: Resources,
+    instruments: Instruments,
+    cache: KernelCache,
+    faults: Vec<Fault>,
+}
+
+/// Collects what a [`Scheduler`] may be given besides a program, a source and a device.
+#[derive(Debug)]
+pub struct SchedulerBuilder<'a> {
+    program: &'a Program,
+    source: Box<dyn WorkSource>,
+    schedule: Schedule,
+    resources: Resources,
+    instruments: Instruments,
+    cache: KernelCache,
+    faults: Vec<Fault>,
+}
+
+impl SchedulerBuilder<'_> {
+    /// The schedule; [`Schedule::block`] unless said otherwise.
+    pub fn schedule(mut self, schedule: &Schedule) -> Self {
+        self.schedule = schedule.clone();
+        self
+    }
+
+    /// Every binding the program uses, by name.
+    pub fn resources(mut self, resources: &Resources) -> Self {
+        self.resources = resources.clone();
+        self
+    }
+
+    /// What to observe.
+    pub fn instruments(mut self, instruments: Instruments) -> Self {
+        self.instruments = instruments;
+        self
+    }
+
+    /// Where to look for kernels before compiling them, and to keep those that are compiled.
+    pub fn cache(mut self, cache: &KernelCache) -> Self {
+        self.cache = cache.clone();
+        self
+    }
+
+    /// For tests: puts a mistake into generated text.
+    #[doc(hidden)]
+    pub fn fault(mut self, fault: Fault) -> Self {
+        self.faults.push(fault);
+        self
+    }
+
+    /// Generates and compiles the kernels.
+    ///
+    /// # Errors
+    /// [`Error::Shader`], [`Error::Schedule`], [`Error::Resource`], [`Error::Gpu`] when the device refuses something, [`Error::Limit`] when a
+    /// limit is too small.
+    pub fn build(self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Scheduler> {
+        let SchedulerBuilder { program, source, mut schedule, resources, instruments, cache, faults } = self;
+        // A program that does not say how likely a walk survives has no roulette, whatever the schedule offers.
+        schedule.roulette = schedule.roulette.filter(|_| program.has_roulette());
+        let linked = link(program, source.as_ref(), &schedule, &instruments, &faults)?;
+        let plan = Plan::new(schedule.execution, program.stages(), instruments.checked);
+        let kernels = Kernels::new(device, program, &plan, &linked, &resources, &cache)?;
+        Ok(Scheduler {
+            device: device.clone(),
+            queue: queue.clone(),
+            program: program.clone(),
+            source,
+            schedule,
+            layout: linked.layout,
+            plan,
+            kernels,
+            buffers: None,
+            wgsl: linked.stages.text,
+            seed: 0,
+            resources,
+            instruments,
+            cache,
+            faults,
+        })
+    }
 }
 
 /// How far a run is.
@@ -85,10 +174,22 @@ pub struct Report {
     pub passes: u32,
     /// Blocks of the pool.
     pub pool_blocks: u32,
+    /// Buffers that the state of the pool is spread over.
+    pub banks: u32,
     /// Passes whose results were kept at once.
     pub ring: u32,
     /// Bytes of lane state.
     pub state_bytes: u64,
+    /// Bytes of every kind of buffer, by name.
+    pub memory: Vec<(&'static str, u64)>,
+    /// Sums of the program's counters, those that something calls.
+    pub counters: Vec<(String, u64)>,
+    /// How often each of the program's assertions did not hold; empty when they are off.
+    pub assertions: Vec<(String, u64)>,
+    /// What was done otherwise than asked, one line each.
+    pub notes: Vec<String>,
+    /// What instruments have seen.
+    pub observed: Observed,
     /// Submissions to the queue.
     pub submissions: u32,
     /// Wall-clock time from the first submission to the last counter.
@@ -122,26 +223,48 @@ impl Scheduler {
         schedule: &Schedule,
         resources: &Resources,
     ) -> Result<Self> {
-        let source: Box<dyn WorkSource> = Box::new(source);
-        // A program that does not say how likely a walk survives has no roulette, whatever the schedule offers.
-        let mut schedule = schedule.clone();
+        Self::builder(program, source).schedule(schedule).resources(resources).build(device, queue)
+    }
+
+    /// Everything that can be chosen.
+    pub fn builder(program: &Program, source: impl WorkSource + 'static) -> SchedulerBuilder<'_> {
+        SchedulerBuilder {
+            program,
+            source: Box::new(source),
+            schedule: Schedule::default(),
+            resources: Resources::new(),
+            instruments: Instruments::default(),
+            cache: KernelCache::new(),
+            faults: Vec::new(),
+        }
+    }
+
+    /// Takes another text of the program. Whatever is wrong with it leaves the scheduler as it was, with the kernels it has.
+    ///
+    /// # Errors
+    /// As [`SchedulerBuilder::build`].
+    pub fn reload(&mut self, program: &Program) -> Result<()> {
+        let mut schedule = self.schedule.clone();
         schedule.roulette = schedule.roulette.filter(|_| program.has_roulette());
-        let Linked { stages, tick, resolve, layout } = link(program, source.as_ref(), &schedule)?;
-        let plan = Plan::new(schedule.execution, program.stages());
-        let kernels = Kernels::new(device, program, &plan, &stages.text, &tick, &resolve, resources)?;
-        Ok(Scheduler {
-            device: device.clone(),
-            queue: queue.clone(),
-            program: program.clone(),
-            source,
-            schedule,
-            layout,
-            plan,
-            kernels,
-            buffers: None,
-            wgsl: stages.text,
-            seed: 0,
-        })
+        let linked = link(program, self.source.as_ref(), &schedule, &self.instruments, &self.faults)?;
+        let plan = Plan::new(schedule.execution, program.stages(), self.instruments.checked);
+        let kernels = Kernels::new(&self.device, program, &plan, &linked, &self.resources, &self.cache)?;
+        self.program = program.clone();
+        self.layout = linked.layout;
+        self.wgsl = linked.stages.text;
+        (self.plan, self.kernels, self.buffers) = (plan, kernels, None);
+        Ok(())
+    }
+
+    /// Statistics of a run of this scheduler.
+    ///
+    /// # Errors
+    /// [`Error::DeviceLost`], [`Error::Timeout`]: with [`Instruments::times`] the cost of a launch is measured.
+    pub fn statistics(&self, report: &Report) -> Result<Statistics> {
+        let launch_ns = if self.instruments.times { launch_cost::measure(&self.device, &self.queue)? } else { None };
+        let info = self.device.adapter_info();
+        let device = format!("{} ({}, {} {})", info.name, info.backend, info.driver, info.driver_info);
+        Ok(Statistics::new(self.program.name(), device, &self.layout, report, launch_ns))
     }
 
     /// Keys the draws of roulette; another seed gives other, equally good draws.
@@ -172,11 +295,15 @@ impl Scheduler {
         self.run_with(0, passes, |_| std::ops::ControlFlow::Continue(()))
     }
 
-    fn sizes(&self, passes: u32) -> Result<Sizes> {
+    /// How large everything is; `blocks` takes precedence over what the schedule says.
+    fn sizes(&self, passes: u32, blocks: Option<u32>) -> Result<Sizes> {
         let limits = self.device.limits();
         Sizes::choose(&Demand {
             execution: self.schedule.execution,
-            pool_blocks: self.schedule.pool_blocks,
+            pool_blocks: blocks.or(self.schedule.pool_blocks),
+            bank_blocks: self.schedule.bank_blocks,
+            keeps_lengths: self.instruments.lengths,
+            records: self.instruments.steps,
             default_blocks: default_pool_blocks(&self.device),
             tiles: self.source.tiles(),
             passes,

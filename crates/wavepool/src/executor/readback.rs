@@ -6,10 +6,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::kernels::scoped;
+use super::{kernels::scoped, times::Clock};
 use crate::{
     Error, Result,
-    control::{Control, counters},
+    control::{Control, counters, tables},
 };
 
 /// A device that says nothing for this long is given up. Software drivers may need minutes for one submission of a large scene.
@@ -18,17 +18,38 @@ const PATIENCE: Duration = Duration::from_secs(600);
 const SLICE: Duration = Duration::from_secs(2);
 
 const HEAD: u64 = size_of::<Control>() as u64;
+const TABLES: u64 = tables::BLOCKS as u64 * 4;
 const COUNTERS: u64 = counters::BLOCKS as u64 * 4;
+/// Where the record begins, and behind it the timestamps.
+const RECORD: u64 = (HEAD + TABLES + COUNTERS).next_multiple_of(16);
 
-/// A small mappable buffer for the control head and the global counters.
+/// A mappable buffer for the head of control, the global counters, and what instruments add.
 #[derive(Debug)]
-pub(super) struct Staging(wgpu::Buffer);
+pub(super) struct Staging {
+    buffer: wgpu::Buffer,
+    record_bytes: u64,
+    is_timed: bool,
+}
 
 /// What the device has counted.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Snapshot {
     pub(super) control: Control,
+    tables: Vec<u32>,
     pub(super) counters: [u32; counters::BLOCKS as usize],
+    /// The record; empty without.
+    pub(super) record: Vec<u32>,
+    /// Timestamps; empty without.
+    pub(super) marks: Vec<u64>,
+}
+
+impl Snapshot {
+    /// What a counter has counted since the run began.
+    pub(super) fn total(&self, slot: u32) -> u64 {
+        let place = (tables::TOTALS + 2 * slot) as usize;
+        let words = self.tables.get(place..place + 2).map_or([0; 2], |words| [words[0], words[1]]);
+        crate::control::counter_64(words) + u64::from(self.counters[slot as usize])
+    }
 }
 
 /// A snapshot under way.
@@ -37,6 +58,8 @@ pub(super) struct Pending {
     pub(super) slot: usize,
     pub(super) submission: wgpu::SubmissionIndex,
     pub(super) mapped: mpsc::Receiver<std::result::Result<(), wgpu::BufferAsyncError>>,
+    /// Launches whose times are on their way, as indices into the expanded plan.
+    pub(super) launches: Vec<super::run::Launched>,
 }
 
 fn mappable(device: &wgpu::Device, bytes: u64) -> Result<wgpu::Buffer> {
@@ -51,26 +74,49 @@ fn mappable(device: &wgpu::Device, bytes: u64) -> Result<wgpu::Buffer> {
 }
 
 impl Staging {
-    pub(super) fn new(device: &wgpu::Device) -> Result<Self> {
-        mappable(device, HEAD + COUNTERS).map(Staging)
+    pub(super) fn new(device: &wgpu::Device, record_bytes: u64, clock: Option<&Clock>) -> Result<Self> {
+        let marks = clock.map_or(0, |_| Clock::bytes());
+        let buffer = mappable(device, RECORD + record_bytes.next_multiple_of(8) + marks)?;
+        Ok(Staging { buffer, record_bytes, is_timed: clock.is_some() })
     }
 
-    pub(super) fn record(&self, encoder: &mut wgpu::CommandEncoder, control: &wgpu::Buffer, counters: &wgpu::Buffer) {
-        encoder.copy_buffer_to_buffer(control, 0, &self.0, 0, HEAD);
-        encoder.copy_buffer_to_buffer(counters, 0, &self.0, HEAD, COUNTERS);
+    fn marks(&self) -> u64 {
+        RECORD + self.record_bytes.next_multiple_of(8)
+    }
+
+    pub(super) fn record(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        control: &wgpu::Buffer,
+        counters: &wgpu::Buffer,
+        record: &wgpu::Buffer,
+        timed: Option<(&Clock, u32)>,
+    ) {
+        encoder.copy_buffer_to_buffer(control, 0, &self.buffer, 0, HEAD + TABLES);
+        encoder.copy_buffer_to_buffer(counters, 0, &self.buffer, HEAD + TABLES, COUNTERS);
+        if self.record_bytes > 0 {
+            encoder.copy_buffer_to_buffer(record, 0, &self.buffer, RECORD, self.record_bytes);
+        }
+        if let Some((clock, launches)) = timed.filter(|(_, launches)| *launches > 0) {
+            clock.collect(encoder, launches, &self.buffer, self.marks());
+        }
     }
 
     pub(super) fn request(&self) -> mpsc::Receiver<std::result::Result<(), wgpu::BufferAsyncError>> {
-        request(&self.0)
+        request(&self.buffer)
     }
 
     pub(super) fn read(&self) -> Result<Snapshot> {
-        let view = self.0.get_mapped_range(..).map_err(|error| Error::DeviceLost(error.to_string()))?;
-        let control = bytemuck::pod_read_unaligned(&view[..HEAD as usize]);
-        let counters = bytemuck::pod_read_unaligned(&view[HEAD as usize..(HEAD + COUNTERS) as usize]);
+        let view = self.buffer.get_mapped_range(..).map_err(|error| Error::DeviceLost(error.to_string()))?;
+        let bytes = |from: u64, length: u64| &view[from as usize..(from + length) as usize];
+        let control = bytemuck::pod_read_unaligned(bytes(0, HEAD));
+        let tables = bytemuck::pod_collect_to_vec(bytes(HEAD, TABLES));
+        let counters = bytemuck::pod_read_unaligned(bytes(HEAD + TABLES, COUNTERS));
+        let record = bytemuck::pod_collect_to_vec(bytes(RECORD, self.record_bytes));
+        let marks = if self.is_timed { bytemuck::pod_collect_to_vec(bytes(self.marks(), Clock::bytes())) } else { Vec::new() };
         drop(view);
-        self.0.unmap();
-        Ok(Snapshot { control, counters })
+        self.buffer.unmap();
+        Ok(Snapshot { control, tables, counters, record, marks })
     }
 }
 
@@ -111,12 +157,22 @@ pub(super) fn wait(
     }
 }
 
-/// A whole buffer as words.
-pub(super) fn read_words(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &wgpu::Buffer, doing: &str) -> Result<Vec<u32>> {
-    let staging = mappable(device, buffer.size())?;
+/// Words `from..from + count` of a buffer.
+pub(super) fn read_words(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    buffer: &wgpu::Buffer,
+    from: u64,
+    count: u64,
+    doing: &str,
+) -> Result<Vec<u32>> {
+    if count == 0 {
+        return Ok(Vec::new());
+    }
+    let staging = mappable(device, count * 4)?;
     let (submission, mapped) = scoped(device, doing, || {
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some(doing) });
-        encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
+        encoder.copy_buffer_to_buffer(buffer, from * 4, &staging, 0, count * 4);
         (queue.submit([encoder.finish()]), request(&staging))
     })?;
     wait(device, &submission, &mapped, doing)?;

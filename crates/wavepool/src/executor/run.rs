@@ -1,4 +1,7 @@
-//! The host's loop: record steps, submit, look at counters that lie two submissions back, stop when the last pass is resolved.
+//! One run: record steps, submit, look at counters that lie two submissions back, stop when the last pass is resolved.
+//!
+//! Key decision: the host never decides anything about the work; it can be driven step by step by a debugger or left alone for thousands of
+//! steps, and the device does the same.
 
 use std::{
     collections::VecDeque,
@@ -7,15 +10,18 @@ use std::{
 };
 
 use super::{
-    Buffers, Execution, Progress, Report, Scheduler,
+    Execution, Progress, Report, Scheduler,
+    buffers::Buffers,
+    collect::Collector,
     kernels::scoped,
     readback::{self, Pending, Snapshot},
-    sizes::Sizes,
+    sizes::{RECORD_STEPS, Sizes},
 };
 use crate::{
     Error, Film, Result,
     control::{Control, arguments, counter_64, counters},
-    plan::{Launch, Size},
+    plan::{Kernel, Launch, Size},
+    profile::Lengths,
 };
 
 /// Submissions queued before the host waits.
@@ -26,24 +32,69 @@ const MOST_STEPS: u32 = 512;
 /// What a submission should take.
 const TARGET: Duration = Duration::from_millis(20);
 
+/// A launch for one bank, or for the only one.
+#[derive(Clone, Debug)]
+pub(super) struct Dispatch {
+    pub(super) launch: Launch,
+    pub(super) bank: u32,
+}
+
+/// A timed launch: which dispatch of a step, and in which step of the run, from 1.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Launched {
+    pub(super) dispatch: usize,
+    pub(super) step: u64,
+}
+
+/// A run under way, step by step. [`Scheduler::run_with`] is this without stopping.
+#[derive(Debug)]
+pub struct Run<'a> {
+    pub(super) scheduler: &'a mut Scheduler,
+    pub(super) buffers: Buffers,
+    head: Control,
+    opening: Vec<Dispatch>,
+    steps: Vec<Dispatch>,
+    audit: Vec<Dispatch>,
+    pending: VecDeque<Pending>,
+    submissions: u32,
+    /// Steps recorded so far.
+    recorded: u64,
+    is_open: bool,
+    pub(super) latest: Option<Snapshot>,
+    collector: Collector,
+    notes: Vec<String>,
+    begun: Instant,
+}
+
 impl Scheduler {
     /// Walks every item of samples `first..first + passes`; `observe` is called between submissions until it stops the run, after which
     /// the film holds the passes that were resolved by then.
     ///
     /// # Errors
     /// [`Error::DeviceLost`], [`Error::Timeout`], [`Error::Limit`], [`Error::Conservation`].
-    pub fn run_with(&mut self, first: u32, passes: u32, mut observe: impl FnMut(&Progress) -> ControlFlow<()>) -> Result<(Film, Report)> {
-        let leaves = self.program.interface().result.clone();
-        let pixels = self.source.pixels() as usize;
-        if self.source.tiles() == 0 || passes == 0 {
-            let film = Film::gather(&leaves, pixels, 0, &[], |_| None, 0);
-            return Ok((film, Report { schedule: self.schedule.to_string(), ..Report::default() }));
+    pub fn run_with(&mut self, first: u32, passes: u32, observe: impl FnMut(&Progress) -> ControlFlow<()>) -> Result<(Film, Report)> {
+        let mut run = self.begin(first, passes)?;
+        run.drive(observe)?;
+        run.finish()
+    }
+
+    /// Prepares a run of samples `first..first + passes` without starting it.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] when something does not fit, [`Error::Gpu`] when there is no memory even for the smallest pool.
+    pub fn begin(&mut self, first: u32, passes: u32) -> Result<Run<'_>> {
+        if first.checked_add(passes).is_none() {
+            return Err(Error::Limit {
+                what: format!("a run of {passes} samples from sample {first} on"),
+                need: u64::from(first) + u64::from(passes),
+                limit: u64::from(u32::MAX),
+                unit: "sample numbers",
+                advice: "begin at a smaller number".into(),
+            });
         }
-        let sizes = self.sizes(passes)?;
-        let buffers = match self.buffers.take() {
-            Some(buffers) if buffers.sizes == sizes => buffers,
-            _ => Buffers::new(&self.device, &self.kernels, sizes)?,
-        };
+        let mut notes = Vec::new();
+        let buffers = self.allocate(passes, &mut notes)?;
+        let sizes = buffers.sizes;
         let head = Control {
             work: self.source.parameters(),
             tiles: sizes.tiles,
@@ -52,113 +103,386 @@ impl Scheduler {
             pool_blocks: sizes.pool_blocks,
             ring: sizes.ring,
             seed: self.seed,
+            banks: sizes.banks,
+            bank_blocks: sizes.bank_blocks,
+            record: sizes.record_steps,
             ..Control::default()
         };
-        let begun = Instant::now();
-        let (snapshot, submissions) = self.drive(&buffers, &head, begun, &mut observe)?;
-        let elapsed = begun.elapsed();
-        let film = self.read_film(&buffers, &snapshot)?;
-        let report = self.report(&sizes, &snapshot, submissions, elapsed);
-        self.buffers = Some(buffers);
-        Ok((film, report))
+        let expand = |launches: &[Launch]| -> Vec<Dispatch> {
+            let banks = |launch: &Launch| if launch.kernel.is_per_bank() { sizes.banks } else { 1 };
+            launches.iter().flat_map(|launch| (0..banks(launch)).map(|bank| Dispatch { launch: launch.clone(), bank })).collect()
+        };
+        let (opening, steps, audit) = (expand(&self.plan.opening), expand(&self.plan.step), expand(&self.plan.audit));
+        Ok(Run {
+            scheduler: self,
+            buffers,
+            head,
+            opening,
+            steps,
+            audit,
+            pending: VecDeque::new(),
+            submissions: 0,
+            recorded: 0,
+            is_open: false,
+            latest: None,
+            collector: Collector::default(),
+            notes,
+            begun: Instant::now(),
+        })
+    }
+
+    /// The buffers of the run before when they fit, else new ones; a device without memory for the pool gets a smaller one.
+    fn allocate(&mut self, passes: u32, notes: &mut Vec<String>) -> Result<Buffers> {
+        let mut sizes = self.sizes(passes, None)?;
+        let asked = sizes.pool_blocks;
+        loop {
+            match self.buffers.take() {
+                Some(buffers) if buffers.sizes == sizes => return Ok(buffers),
+                _ => {}
+            }
+            match Buffers::new(&self.device, &self.queue, &self.kernels, sizes, &self.instruments) {
+                Err(error) if error.is_out_of_memory() && sizes.pool_blocks > 1 => {
+                    let smaller = sizes.pool_blocks / 2;
+                    sizes = self.sizes(passes, Some(smaller))?;
+                }
+                outcome => {
+                    if sizes.pool_blocks < asked {
+                        notes.push(format!("the device has no memory for a pool of {asked} blocks; it has {} now", sizes.pool_blocks));
+                    }
+                    return outcome;
+                }
+            }
+        }
+    }
+}
+
+impl Run<'_> {
+    /// How far it is, as of the last look at the counters.
+    pub fn progress(&self) -> Progress {
+        let control = self.latest.as_ref().map_or(self.head, |snapshot| snapshot.control);
+        Progress {
+            passes_done: control.resolved,
+            passes: self.head.passes,
+            items_started: self.items_started(&control),
+            elapsed: self.begun.elapsed(),
+        }
+    }
+
+    /// True when all passes are in the film.
+    pub fn is_done(&self) -> bool {
+        let nothing = self.head.tiles == 0 || self.head.passes == 0;
+        nothing || self.latest.as_ref().is_some_and(|snapshot| snapshot.control.resolved == self.head.passes)
+    }
+
+    /// Steps recorded so far; those past the end do nothing.
+    pub fn steps(&self) -> u64 {
+        self.recorded
+    }
+
+    /// Does `steps` more steps and waits for them.
+    ///
+    /// # Errors
+    /// [`Error::DeviceLost`], [`Error::Timeout`]; in checked mode [`Error::Conservation`].
+    pub fn step(&mut self, steps: u32) -> Result<Progress> {
+        if self.scheduler.instruments.checked {
+            for _ in 0..steps {
+                self.checked_step()?;
+            }
+            return Ok(self.progress());
+        }
+        let mut left = if self.head.tiles == 0 { 0 } else { steps };
+        while left > 0 {
+            let now = left.min(self.most_steps());
+            self.submit(now, true)?;
+            left -= now;
+            self.receive_all()?;
+        }
+        Ok(self.progress())
     }
 
     /// Submits until the device says that all passes are resolved, or `observe` stops.
-    fn drive(
-        &self,
-        buffers: &Buffers,
-        head: &Control,
-        begun: Instant,
-        observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-    ) -> Result<(Snapshot, u32)> {
-        let mut pending: VecDeque<Pending> = VecDeque::new();
-        let mut steps = 1;
-        let mut submissions = 0_u32;
+    fn drive(&mut self, mut observe: impl FnMut(&Progress) -> ControlFlow<()>) -> Result<()> {
+        let fixed = self.scheduler.schedule.submission_steps;
+        let mut steps = fixed.unwrap_or(1);
         let mut last_answer = Instant::now();
-        let mut latest = None;
-        let mut stopped = false;
+        let mut is_stopped = self.is_done();
+        let look_after = u64::from(self.scheduler.instruments.look_after);
+        while !is_stopped && self.can_go_blind() && self.recorded < look_after {
+            self.submit(fixed.unwrap_or(FEWEST_STEPS).min(self.most_steps()), false)?;
+        }
         loop {
-            while !stopped && pending.len() < QUEUED {
-                let slot = submissions as usize % buffers.staging.len();
-                let submission = self.submit(buffers, (submissions == 0).then_some(head), steps, slot)?;
-                let mapped = buffers.staging[slot].request();
-                pending.push_back(Pending { slot, submission, mapped });
-                submissions += 1;
+            if self.scheduler.instruments.checked {
+                if is_stopped {
+                    return Ok(());
+                }
+                self.checked_step()?;
+            } else {
+                while !is_stopped && self.pending.len() < QUEUED {
+                    self.submit(steps.min(self.most_steps()), true)?;
+                }
+                if !self.receive()? {
+                    return Ok(());
+                }
             }
-            let Some(oldest) = pending.pop_front() else { break };
-            readback::wait(&self.device, &oldest.submission, &oldest.mapped, "running steps")?;
-            let snapshot = buffers.staging[oldest.slot].read()?;
-            let progress = Progress {
-                passes_done: snapshot.control.resolved,
-                passes: head.passes,
-                items_started: self.items_started(&snapshot.control),
-                elapsed: begun.elapsed(),
-            };
-            if !stopped {
-                stopped = observe(&progress).is_break() || snapshot.control.resolved == head.passes;
+            if !is_stopped {
+                is_stopped = observe(&self.progress()).is_break() || self.is_done();
             }
             // Steer towards the target time, doubling or halving at most.
             let took = last_answer.elapsed();
             last_answer = Instant::now();
+            if fixed.is_some() {
+                continue;
+            }
             if took < TARGET / 2 {
                 steps = (steps * 2).min(MOST_STEPS);
             } else if took > TARGET * 2 {
                 steps /= 2;
             }
             // A step of the megakernel is many whole walks; one may be as much as a watchdog allows.
-            let fewest = if self.schedule.execution == Execution::Megakernel { 1 } else { FEWEST_STEPS };
-            steps = steps.max(if submissions > 2 { fewest } else { 1 });
-            latest = Some(snapshot);
+            let fewest = if self.scheduler.schedule.execution == Execution::Megakernel { 1 } else { FEWEST_STEPS };
+            steps = steps.max(if self.submissions > 2 { fewest } else { 1 });
         }
-        latest.map(|snapshot| (snapshot, submissions)).ok_or_else(|| Error::Conservation("nothing was submitted".into()))
     }
 
-    fn submit(&self, buffers: &Buffers, opening: Option<&Control>, steps: u32, slot: usize) -> Result<wgpu::SubmissionIndex> {
-        scoped(&self.device, "recording steps", || {
-            let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some(self.program.name()) });
-            if let Some(head) = opening {
-                buffers.reset(&self.queue, &mut encoder, head);
+    /// Steps that one submission can hold, because of what instruments keep of it.
+    fn most_steps(&self) -> u32 {
+        let record = if self.buffers.sizes.record_steps > 0 { RECORD_STEPS - 1 } else { u32::MAX };
+        let clock = self
+            .buffers
+            .clock
+            .as_ref()
+            .map_or(u32::MAX, |clock| (clock.most_launches() - self.opening.len() as u32) / self.steps.len().max(1) as u32);
+        record.min(clock).max(1)
+    }
+
+    /// True when nothing is lost by not looking.
+    fn can_go_blind(&self) -> bool {
+        let instruments = &self.scheduler.instruments;
+        !instruments.checked && !instruments.steps && !instruments.times
+    }
+
+    /// Records and submits `steps` steps; `look` asks for the counters behind them.
+    fn submit(&mut self, steps: u32, look: bool) -> Result<()> {
+        let opening = if self.is_open { Vec::new() } else { self.opening.clone() };
+        let numbered = |step: u64| move |dispatch: usize| Launched { dispatch, step };
+        let mut launched: Vec<Launched> = (0..opening.len()).map(|index| numbered(0)(self.steps.len() + index)).collect();
+        let mut list: Vec<&Dispatch> = opening.iter().collect();
+        for step in 1..=u64::from(steps) {
+            list.extend(&self.steps);
+            launched.extend((0..self.steps.len()).map(numbered(self.recorded + step)));
+        }
+        let submission = self.encode(&list, &launched, look)?;
+        self.recorded += u64::from(steps);
+        self.is_open = true;
+        self.after_submission(submission, launched, look);
+        Ok(())
+    }
+
+    fn after_submission(&mut self, submission: wgpu::SubmissionIndex, launches: Vec<Launched>, look: bool) {
+        let slot = self.submissions as usize % self.buffers.staging.len();
+        self.submissions += 1;
+        if look {
+            let mapped = self.buffers.staging[slot].request();
+            self.pending.push_back(Pending { slot, submission, mapped, launches });
+        }
+    }
+
+    fn encode(&self, list: &[&Dispatch], launched: &[Launched], look: bool) -> Result<wgpu::SubmissionIndex> {
+        let Scheduler { device, queue, program, instruments, .. } = &*self.scheduler;
+        let buffers = &self.buffers;
+        let slot = self.submissions as usize % buffers.staging.len();
+        let clock = buffers.clock.as_ref().filter(|_| look);
+        scoped(device, "recording steps", || {
+            let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some(program.name()) });
+            if !self.is_open {
+                buffers.reset(queue, &mut encoder, &self.head);
             }
-            {
-                let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("steps"), timestamp_writes: None });
-                for (group, bind_group) in &self.kernels.program_groups {
-                    pass.set_bind_group(*group, bind_group, &[]);
+            if buffers.sizes.record_steps > 0 {
+                let place = std::mem::offset_of!(Control, record_steps) as u64;
+                encoder.clear_buffer(&buffers.control, place, Some(8));
+            }
+            if list.iter().any(|dispatch| matches!(dispatch.launch.kernel, Kernel::AuditResults)) {
+                let words = u64::from(counters::AFTER_AUDIT - counters::AUDIT_ALIVE);
+                encoder.clear_buffer(&buffers.counters, u64::from(counters::AUDIT_ALIVE) * 4, Some(words * 4));
+            }
+            match clock.filter(|clock| !clock.is_inside_passes) {
+                Some(clock) => {
+                    for (index, dispatch) in list.iter().enumerate() {
+                        let writes = Some(clock.around(index as u32));
+                        let mut pass = self.begin_pass(&mut encoder, writes);
+                        self.dispatch(&mut pass, dispatch, &launched[index], instruments.markers);
+                    }
                 }
-                if opening.is_some() {
-                    self.plan.opening.iter().for_each(|launch| self.dispatch(&mut pass, buffers, launch));
-                }
-                for _ in 0..steps {
-                    self.plan.step.iter().for_each(|launch| self.dispatch(&mut pass, buffers, launch));
+                None => {
+                    let mut pass = self.begin_pass(&mut encoder, None);
+                    clock.inspect(|clock| clock.mark(&mut pass, 0));
+                    for (index, dispatch) in list.iter().enumerate() {
+                        self.dispatch(&mut pass, dispatch, &launched[index], instruments.markers);
+                        clock.inspect(|clock| clock.mark(&mut pass, index as u32 + 1));
+                    }
                 }
             }
-            buffers.staging[slot].record(&mut encoder, &buffers.control, &buffers.counters);
-            self.queue.submit([encoder.finish()])
+            if look {
+                let timed = clock.map(|clock| (clock, list.len() as u32));
+                buffers.staging[slot].record(&mut encoder, &buffers.control, &buffers.counters, &buffers.record, timed);
+            }
+            queue.submit([encoder.finish()])
         })
     }
 
-    fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, buffers: &Buffers, launch: &Launch) {
-        let Some(kernel) = self.kernels.get(&launch.kernel) else { return };
-        pass.set_pipeline(&kernel.pipeline);
-        pass.set_bind_group(0, buffers.group(kernel.class), &[]);
-        let offset = match launch.size {
-            Size::Groups(groups) => return pass.dispatch_workgroups(groups, 1, 1),
-            Size::NewBlocks => arguments::GENERATE,
-            Size::LiveBlocks => arguments::STAGE,
-            Size::FinishedTiles => arguments::RESOLVE,
-        };
-        pass.dispatch_workgroups_indirect(&buffers.arguments, u64::from(offset) * 4);
+    fn begin_pass<'p>(
+        &self,
+        encoder: &'p mut wgpu::CommandEncoder,
+        timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
+    ) -> wgpu::ComputePass<'p> {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("steps"), timestamp_writes });
+        for (group, bind_group) in &self.scheduler.kernels.program_groups {
+            pass.set_bind_group(*group, bind_group, &[]);
+        }
+        pass
     }
 
-    fn read_film(&self, buffers: &Buffers, snapshot: &Snapshot) -> Result<Film> {
-        let missing = snapshot.counters[counters::MISSING as usize];
+    fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, dispatch: &Dispatch, launched: &Launched, has_marker: bool) {
+        let Dispatch { launch, bank } = dispatch;
+        let Some(kernel) = self.scheduler.kernels.get(&launch.kernel) else { return };
+        if has_marker {
+            pass.push_debug_group(&format!("step {} / {}", launched.step, launch.kernel));
+        }
+        pass.set_pipeline(&kernel.pipeline);
+        pass.set_bind_group(0, self.buffers.group(kernel.class, *bank), &[]);
+        let of_bank = |offset: u32| arguments::BANKS + arguments::PER_BANK * bank + offset;
+        let sizes = &self.buffers.sizes;
+        match launch.size {
+            Size::Groups(groups) => pass.dispatch_workgroups(groups, 1, 1),
+            Size::All => {
+                let groups = if launch.kernel.is_per_bank() { sizes.blocks_of(*bank) } else { sizes.tiles };
+                let most = crate::control::MAX_GROUPS;
+                pass.dispatch_workgroups(groups.min(most), groups.div_ceil(most), 1);
+            }
+            size => {
+                let offset = match size {
+                    Size::NewBlocks => of_bank(arguments::GENERATE),
+                    Size::LiveBlocks => of_bank(arguments::STAGE),
+                    _ => arguments::RESOLVE,
+                };
+                pass.dispatch_workgroups_indirect(&self.buffers.arguments, u64::from(offset) * 4);
+            }
+        }
+        if has_marker {
+            pass.pop_debug_group();
+        }
+    }
+
+    /// Waits for the oldest look; false when none is under way.
+    fn receive(&mut self) -> Result<bool> {
+        let Some(oldest) = self.pending.pop_front() else { return Ok(false) };
+        readback::wait(&self.scheduler.device, &oldest.submission, &oldest.mapped, "running steps")?;
+        let snapshot = self.buffers.staging[oldest.slot].read()?;
+        if self.buffers.sizes.record_steps > 0 {
+            self.collector.add_record(&snapshot, self.buffers.sizes.record_steps);
+        }
+        if let Some(clock) = &self.buffers.clock {
+            let timed = clock.read(&snapshot.marks, oldest.launches.len());
+            let name = |dispatch: usize| {
+                let dispatch = self.steps.get(dispatch).or_else(|| self.opening.get(dispatch - self.steps.len()));
+                dispatch.map_or_else(String::new, |dispatch| dispatch.launch.kernel.to_string())
+            };
+            self.collector.add_times(&timed, &oldest.launches, name);
+        }
+        self.latest = Some(snapshot);
+        Ok(true)
+    }
+
+    pub(super) fn receive_all(&mut self) -> Result<()> {
+        while self.receive()? {}
+        Ok(())
+    }
+
+    /// One step in two submissions, with an audit between the stages and the tick.
+    fn checked_step(&mut self) -> Result<()> {
+        if self.is_done() {
+            return Ok(());
+        }
+        let opening = self.opening.clone();
+        let steps = self.steps.clone();
+        let audit = self.audit.clone();
+        let tick = steps.iter().position(|dispatch| matches!(dispatch.launch.kernel, Kernel::Tick | Kernel::Advance)).unwrap_or(0);
+        let step = self.recorded + 1;
+        let part = |run: &mut Self, list: &[&Dispatch]| -> Result<()> {
+            let launched: Vec<Launched> = list.iter().map(|_| Launched { dispatch: 0, step }).collect();
+            let submission = run.encode(list, &launched, true)?;
+            run.is_open = true;
+            run.after_submission(submission, Vec::new(), true);
+            run.receive_all()
+        };
+        if !self.is_open {
+            part(self, &opening.iter().collect::<Vec<_>>())?;
+        }
+        part(self, &steps[..tick].iter().chain(&audit).collect::<Vec<_>>())?;
+        self.recorded = step;
+        self.verify()?;
+        part(self, &steps[tick..].iter().collect::<Vec<_>>())
+    }
+
+    /// Items begun are those ended by the program, those ended by roulette and those in flight; results are there for the first two.
+    fn verify(&self) -> Result<()> {
+        let Some(snapshot) = &self.latest else { return Ok(()) };
+        let control = &snapshot.control;
+        let audited = |slot: u32| u64::from(snapshot.counters[slot as usize]);
+        let is_mega = self.scheduler.schedule.execution == Execution::Megakernel;
+        let killed = snapshot.total(counters::KILLED) + counter_64(control.items_killed) + audited(counters::AUDIT_KILLED);
+        let finished = snapshot.total(counters::FINISHED);
+        let alive = audited(counters::AUDIT_ALIVE);
+        let resolved = u64::from(control.resolved) * u64::from(self.scheduler.source.pixels());
+        let results = resolved + audited(counters::AUDIT_DONE);
+        let started = if is_mega { results } else { counter_64(control.items_started) };
+        let wrong = |what: String| Err(Error::Conservation(format!("step {}: {what}", self.recorded)));
+        match () {
+            () if audited(counters::AUDIT_MISMATCH) > 0 => {
+                wrong(format!("{} blocks count other lanes than are alive", audited(counters::AUDIT_MISMATCH)))
+            }
+            () if started != finished + killed + alive => {
+                wrong(format!("{started} items begun, but {finished} finished, {killed} killed and {alive} in flight"))
+            }
+            () if results != finished + killed => wrong(format!("{finished} items finished, {killed} killed, but {results} results")),
+            () => Ok(()),
+        }
+    }
+
+    /// The film of what is resolved, and what was done.
+    ///
+    /// # Errors
+    /// [`Error::DeviceLost`], [`Error::Timeout`], [`Error::Conservation`].
+    pub fn finish(mut self) -> Result<(Film, Report)> {
+        self.receive_all()?;
+        let elapsed = self.begun.elapsed();
+        let film = self.read_film()?;
+        let mut report = self.report(elapsed);
+        report.observed = std::mem::take(&mut self.collector).finish();
+        let Run { scheduler, buffers, head, .. } = self;
+        if scheduler.instruments.lengths {
+            let sizes = &buffers.sizes;
+            let (from, count) = (sizes.length_place(), u64::from(report.passes) * sizes.places());
+            let words = readback::read_words(&scheduler.device, &scheduler.queue, &buffers.results, from, count, "reading the lengths")?;
+            report.observed.lengths = Some(Lengths::new(head.tiles, words));
+        }
+        scheduler.buffers = Some(buffers);
+        Ok((film, report))
+    }
+
+    fn read_film(&self) -> Result<Film> {
+        let Scheduler { device, queue, program, source, .. } = &*self.scheduler;
+        let (leaves, pixels) = (&program.interface().result, source.pixels() as usize);
+        let Some(snapshot) = &self.latest else { return Ok(Film::gather(leaves, pixels, 0, &[], |_| None, 0)) };
+        let missing = snapshot.total(counters::MISSING);
         if missing > 0 {
             return Err(Error::Conservation(format!("{missing} items left no result")));
         }
-        let words = readback::read_words(&self.device, &self.queue, &buffers.film, "reading the film")?;
-        let pixels = self.source.pixels() as usize;
-        let pixel_of = |place: usize| self.source.pixel((place / 256) as u32, (place % 256) as u32);
-        let not_finite = u64::from(snapshot.counters[counters::NOT_FINITE as usize]);
-        let film = Film::gather(&self.program.interface().result, pixels, buffers.sizes.places() as usize, &words, pixel_of, not_finite);
+        let film = &self.buffers.film;
+        let words = readback::read_words(device, queue, film, 0, film.size() / 4, "reading the film")?;
+        let pixel_of = |place: usize| source.pixel((place / 256) as u32, (place % 256) as u32);
+        let not_finite = snapshot.total(counters::NOT_FINITE);
+        let film = Film::gather(leaves, pixels, self.buffers.sizes.places() as usize, &words, pixel_of, not_finite);
         let resolved = snapshot.control.resolved;
         match film.samples().iter().position(|samples| *samples != resolved) {
             Some(pixel) => Err(Error::Conservation(format!("pixel {pixel} has {} samples, not {resolved}", film.samples()[pixel]))),
@@ -168,33 +492,48 @@ impl Scheduler {
 
     /// The megakernel counts whole passes.
     fn items_started(&self, control: &Control) -> u64 {
-        match self.schedule.execution {
-            Execution::Megakernel => u64::from(control.resolved) * u64::from(self.source.pixels()),
+        match self.scheduler.schedule.execution {
+            Execution::Megakernel => u64::from(control.resolved) * u64::from(self.scheduler.source.pixels()),
             Execution::Wavefront => counter_64(control.items_started),
         }
     }
 
-    fn report(&self, sizes: &Sizes, snapshot: &Snapshot, submissions: u32, elapsed: Duration) -> Report {
+    fn report(&self, elapsed: Duration) -> Report {
+        let Scheduler { plan, schedule, program, .. } = &*self.scheduler;
+        let sizes: &Sizes = &self.buffers.sizes;
+        let mut report = Report { schedule: schedule.to_string(), ..Report::default() };
+        let Some(snapshot) = &self.latest else { return report };
         let control = &snapshot.control;
-        let steps = u64::from(control.step);
-        let per_step = self.plan.step.iter().filter(|launch| matches!(launch.size, Size::LiveBlocks | Size::Groups(_))).count() as u64;
-        let is_mega = self.schedule.execution == Execution::Megakernel;
-        Report {
-            schedule: self.schedule.to_string(),
-            steps,
-            launches: 1 + steps * per_step + u64::from(control.regenerations) + u64::from(control.resolved),
-            regenerations: control.regenerations,
-            block_steps: counter_64(control.block_steps),
-            lane_steps: counter_64(control.lane_steps),
-            items_started: self.items_started(control),
-            items_killed: counter_64(control.items_killed) + u64::from(snapshot.counters[counters::KILLED as usize]),
-            not_finite: u64::from(snapshot.counters[counters::NOT_FINITE as usize]),
-            passes: control.resolved,
-            pool_blocks: sizes.pool_blocks,
-            ring: sizes.ring,
-            state_bytes: if is_mega { 0 } else { sizes.bank_words * 4 },
-            submissions,
-            elapsed,
+        let (steps, banked) = (u64::from(control.step), u64::from(control.bank_steps));
+        let is_mega = schedule.execution == Execution::Megakernel;
+        let per_bank = plan.step.iter().filter(|launch| launch.size == Size::LiveBlocks).count() as u64;
+        let stage_launches = per_bank * if is_mega { steps } else { banked };
+        report.steps = steps;
+        report.launches = 1 + steps + stage_launches + u64::from(control.bank_regenerations) + u64::from(control.resolved);
+        report.regenerations = control.regenerations;
+        report.block_steps = counter_64(control.block_steps);
+        report.lane_steps = counter_64(control.lane_steps);
+        report.items_started = self.items_started(control);
+        report.items_killed = counter_64(control.items_killed) + snapshot.total(counters::KILLED);
+        report.not_finite = snapshot.total(counters::NOT_FINITE);
+        report.passes = control.resolved;
+        report.pool_blocks = sizes.pool_blocks;
+        report.banks = sizes.banks;
+        report.ring = sizes.ring;
+        report.state_bytes = sizes.state_bytes();
+        report.memory = self.buffers.memory();
+        report.submissions = self.submissions;
+        report.notes = self.notes.clone();
+        for (slot, (gauge, is_called)) in (counters::NAMED..).zip(program.gauges()) {
+            let entry = (gauge.name.clone(), snapshot.total(slot));
+            match (is_called, gauge.is_assertion) {
+                (false, _) => {}
+                (true, false) => report.counters.push(entry),
+                (true, true) if self.scheduler.instruments.has_assertions() => report.assertions.push(entry),
+                (true, true) => {}
+            }
         }
+        report.elapsed = elapsed;
+        report
     }
 }

@@ -5,6 +5,7 @@
 
 use crate::{
     Error, Result,
+    control::{MAX_BANKS, record},
     film::planes_of,
     layout::{BLOCK, Leaf},
     policy::Execution,
@@ -20,6 +21,12 @@ pub(super) struct Demand<'a> {
     pub(super) default_blocks: u32,
     pub(super) tiles: u32,
     pub(super) passes: u32,
+    /// Blocks that the schedule wants in a bank, at most.
+    pub(super) bank_blocks: Option<u32>,
+    /// True when the steps of every walk are kept.
+    pub(super) keeps_lengths: bool,
+    /// True when the tick writes down what it decides.
+    pub(super) records: bool,
     /// Words of state per block.
     pub(super) stride: u32,
     pub(super) result: &'a [Leaf],
@@ -40,8 +47,19 @@ pub(super) struct Sizes {
     pub(super) ordered_tiles: u32,
     pub(super) result_planes: u32,
     pub(super) film_planes: u32,
-    pub(super) bank_words: u64,
+    /// Blocks in every bank but the last, which may have fewer.
+    pub(super) bank_blocks: u32,
+    pub(super) banks: u32,
+    /// Words of state per block; 0 for the megakernel.
+    pub(super) stride: u32,
+    /// Words behind the results for the steps of every walk.
+    pub(super) length_words: u64,
+    /// Steps that the record has room for; 0 without.
+    pub(super) record_steps: u32,
 }
+
+/// Steps between two looks at the record.
+pub(super) const RECORD_STEPS: u32 = 64;
 
 /// The threshold arithmetic of the tick is exact up to here.
 const MAX_POOL_BLOCKS: u32 = 1 << 19;
@@ -64,15 +82,26 @@ impl Sizes {
         let is_wavefront = demand.execution == Execution::Wavefront;
         let useful = (tiles * u64::from(demand.passes)).min(u64::from(MAX_POOL_BLOCKS)) as u32;
         let block_bytes = u64::from(demand.stride) * 4;
-        let fitting =
-            if is_wavefront { (demand.binding / block_bytes.max(1)).min(u64::from(MAX_POOL_BLOCKS)) as u32 } else { MAX_POOL_BLOCKS };
-        let pool_blocks = demand.pool_blocks.unwrap_or(demand.default_blocks.min(fitting)).clamp(1, useful.max(1));
-        let bank_words = if is_wavefront { u64::from(demand.stride) * u64::from(pool_blocks) } else { 0 };
         let limit = |what: String, need: u64, advice: String| match need > demand.binding {
             true => Err(Error::Limit { what, need, limit: demand.binding, unit: "bytes", advice }),
             false => Ok(()),
         };
-        limit(format!("the state of {pool_blocks} blocks"), bank_words * 4, format!("ask for at most {fitting} blocks"))?;
+        if is_wavefront {
+            limit("the state of one block".into(), block_bytes, "keep less in the state".into())?;
+        }
+        // A binding holds one bank; a pool may have many.
+        let in_a_bank = if is_wavefront { (demand.binding / block_bytes.max(1)).min(most) as u32 } else { MAX_POOL_BLOCKS };
+        let in_a_bank = in_a_bank.min(demand.bank_blocks.unwrap_or(u32::MAX).max(1));
+        let fitting = u64::from(in_a_bank).saturating_mul(u64::from(MAX_BANKS)).min(most) as u32;
+        let pool_blocks = demand.pool_blocks.unwrap_or(demand.default_blocks.min(fitting)).clamp(1, useful.max(1));
+        if pool_blocks > fitting {
+            let what = format!("a pool of {pool_blocks} blocks in banks of {in_a_bank}");
+            let (need, limit) = (u64::from(pool_blocks.div_ceil(in_a_bank)), u64::from(MAX_BANKS));
+            return Err(Error::Limit { what, need, limit, unit: "banks", advice: format!("ask for at most {fitting} blocks") });
+        }
+        let banks = pool_blocks.div_ceil(in_a_bank);
+        let bank_blocks = pool_blocks.div_ceil(banks);
+        let banks = pool_blocks.div_ceil(bank_blocks);
 
         let plane_bytes = tiles * u64::from(BLOCK) * 4;
         let result_planes = demand.result.len() as u32 + 1;
@@ -80,11 +109,54 @@ impl Sizes {
         let smaller = || "run fewer pixels at a time".to_owned();
         limit(format!("the film of {} tiles", demand.tiles), plane_bytes * u64::from(film_planes), smaller())?;
         limit(format!("the results of one pass over {} tiles", demand.tiles), plane_bytes * u64::from(result_planes), smaller())?;
-        let fitting = demand.binding / (plane_bytes * u64::from(result_planes)).max(1);
+        let length_bytes = if demand.keeps_lengths { plane_bytes * u64::from(demand.passes) } else { 0 };
+        let what = format!("the lengths of {} passes over {} tiles", demand.passes, demand.tiles);
+        limit(what, length_bytes + plane_bytes * u64::from(result_planes), "keep the lengths of fewer passes".into())?;
+        let record_steps = if demand.records { RECORD_STEPS } else { 0 };
+        let room = demand.binding - length_bytes;
+        let fitting = room / (plane_bytes * u64::from(result_planes)).max(1);
         let wanted = if is_wavefront { 2 + pool_blocks.div_ceil(demand.tiles.max(1)) } else { 1 };
         let ring = wanted.min(demand.passes).min(crate::control::MAX_RING).min(fitting.min(u64::from(u32::MAX)) as u32).max(1);
         let ordered_tiles = if demand.is_order_measured { demand.tiles } else { 0 };
-        Ok(Sizes { pool_blocks, ring, tiles: demand.tiles, ordered_tiles, result_planes, film_planes, bank_words })
+        Ok(Sizes {
+            pool_blocks,
+            ring,
+            tiles: demand.tiles,
+            ordered_tiles,
+            result_planes,
+            film_planes,
+            bank_blocks,
+            banks,
+            stride: if is_wavefront { demand.stride } else { 0 },
+            length_words: length_bytes / 4,
+            record_steps,
+        })
+    }
+
+    /// Blocks of a bank.
+    pub(super) fn blocks_of(&self, bank: u32) -> u32 {
+        self.bank_blocks.min(self.pool_blocks - bank * self.bank_blocks)
+    }
+
+    /// Words of the results, the lengths included.
+    pub(super) fn result_words(&self) -> u64 {
+        self.length_place() + self.length_words
+    }
+
+    /// Where the lengths begin among the results, in words.
+    pub(super) fn length_place(&self) -> u64 {
+        u64::from(self.ring) * u64::from(self.result_planes) * self.places()
+    }
+
+    /// Words of the record.
+    pub(super) fn record_words(&self) -> u64 {
+        let assignments = u64::from(self.pool_blocks) * u64::from(record::PER_ASSIGNMENT);
+        u64::from(self.record_steps) * (u64::from(record::PER_STEP) + assignments)
+    }
+
+    /// Bytes of lane state.
+    pub(super) fn state_bytes(&self) -> u64 {
+        4 * u64::from(self.stride) * u64::from(self.pool_blocks)
     }
 
     /// Places of a plane of the film, and of the results of a pass.
@@ -103,6 +175,9 @@ mod tests {
         let mut demand = Demand {
             execution: Execution::Wavefront,
             pool_blocks: None,
+            bank_blocks: None,
+            keeps_lengths: false,
+            records: false,
             default_blocks: 1000,
             tiles: 100,
             passes: 8,
@@ -120,21 +195,39 @@ mod tests {
     fn pool_and_ring_follow_the_work() {
         let sizes = choose(|_| {}).expect("fits");
         assert_eq!((sizes.pool_blocks, sizes.ring, sizes.result_planes, sizes.film_planes), (800, 8, 4, 10));
-        assert_eq!(sizes.bank_words, 800 * 20 * 256);
+        assert_eq!((sizes.banks, sizes.bank_blocks, sizes.state_bytes()), (1, 800, 800 * 20 * 1024));
         let sizes = choose(|demand| demand.pool_blocks = Some(25)).expect("fits");
         assert_eq!((sizes.pool_blocks, sizes.ring), (25, 3));
         let sizes = choose(|demand| demand.execution = Execution::Megakernel).expect("fits");
-        assert_eq!((sizes.ring, sizes.bank_words), (1, 0));
+        assert_eq!((sizes.ring, sizes.state_bytes()), (1, 0));
         let sizes = choose(|demand| demand.tiles = 12_000).expect("a short ring");
         assert_eq!((sizes.pool_blocks, sizes.ring), (1000, 2));
+    }
+
+    /// Kills: a bank larger than a binding, an empty bank, a block in no bank.
+    #[test]
+    fn a_pool_that_outgrows_a_binding_has_several_banks() {
+        // 20 KiB per block: 6553 blocks in 128 MiB.
+        let sizes = choose(|demand| (demand.pool_blocks, demand.tiles) = (Some(7000), 10_000)).expect("two banks");
+        assert_eq!((sizes.banks, sizes.bank_blocks, sizes.blocks_of(0), sizes.blocks_of(1)), (2, 3500, 3500, 3500));
+        let sizes = choose(|demand| (demand.pool_blocks, demand.bank_blocks) = (Some(5), Some(2))).expect("three banks");
+        assert_eq!((sizes.banks, sizes.blocks_of(0), sizes.blocks_of(1), sizes.blocks_of(2)), (3, 2, 2, 1));
+        for (pool, bank) in [(9, 4), (10, 4), (1, 1), (64, 1), (127, 2)] {
+            let sizes = choose(|demand| (demand.pool_blocks, demand.bank_blocks) = (Some(pool), Some(bank))).expect("fits");
+            let blocks: Vec<u32> = (0..sizes.banks).map(|bank| sizes.blocks_of(bank)).collect();
+            assert!(blocks.iter().all(|blocks| (1..=bank).contains(blocks)), "{blocks:?}");
+            assert_eq!(blocks.iter().sum::<u32>(), pool);
+        }
     }
 
     /// Kills: a buffer that the device refuses, after minutes of work or with a message that does not say how much would fit.
     #[test]
     fn what_does_not_fit_is_refused_with_numbers() {
         let refused = |change: &dyn Fn(&mut Demand)| choose(change).expect_err("too large").to_string();
-        let message = refused(&|demand| (demand.pool_blocks, demand.tiles) = (Some(7000), 10_000));
-        assert!(message.contains("7000 blocks") && message.contains("at most 6553 blocks"), "{message}");
+        let message = refused(&|demand| (demand.pool_blocks, demand.bank_blocks, demand.tiles) = (Some(7000), Some(100), 10_000));
+        assert!(message.contains("7000 blocks in banks of 100") && message.contains("at most 6400 blocks"), "{message}");
+        let message = refused(&|demand| demand.stride = 256 << 20);
+        assert!(message.contains("the state of one block"), "{message}");
         let message = refused(&|demand| demand.tiles = 50_000);
         assert!(message.contains("the film of 50000 tiles") && message.contains("134217728"), "{message}");
     }

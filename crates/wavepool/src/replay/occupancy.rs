@@ -14,7 +14,7 @@ pub struct Occupancy {
 
 impl Occupancy {
     /// Accounts for one step of a block; returns its live lanes. `left` is not zero where a lane lives.
-    pub(super) fn launch(&mut self, left: &[u32]) -> u32 {
+    pub(crate) fn launch(&mut self, left: &[u32]) -> u32 {
         let live = left.iter().filter(|left| **left > 0).count() as u32;
         self.useful += u64::from(live);
         for (width, launched) in WIDTHS.iter().zip(&mut self.launched) {

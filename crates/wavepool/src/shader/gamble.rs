@@ -138,7 +138,7 @@ pub(super) fn lockstep_megakernel(glue: &Glue, out: &mut String) {
          break;\n            \
          }\n            \
          if (wf_verdict == FINISH) {\n                \
-         wf_complete(&wf_state, wf_tile, wf_pass_index, wf_lane);\n                \
+         wf_complete(&wf_state, wf_tile, wf_pass_index, wf_lane, wf_step + 1u);\n                \
          wf_alive = false;\n            \
          }\n        \
          }\n        \
@@ -158,7 +158,8 @@ pub(super) fn lockstep_megakernel(glue: &Glue, out: &mut String) {
          if (wf_inverse == 0.0) {\n            \
          if (wf_alive) {\n                \
          atomicAdd(&wf_counters[WF_KILLED], 1u);\n                \
-         wf_complete(&wf_state, wf_tile, wf_pass_index, wf_lane);\n            \
+         // A wavefront obeys the draw in the first kernel of the next step.\n                \
+         wf_complete(&wf_state, wf_tile, wf_pass_index, wf_lane, wf_step + 2u);\n            \
          }\n            \
          break;\n        \
          }\n        \

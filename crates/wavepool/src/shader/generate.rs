@@ -10,9 +10,10 @@ use std::fmt::Write as _;
 
 use super::{Interface, LeafSet, gamble};
 use crate::{
-    control,
+    Instruments, control,
     layout::{BLOCK, Layout, Scalar},
     policy::{Execution, OrderRule, Regeneration, Roulette, RouletteScope, TileOrder, WorkSource},
+    program::Gauge,
 };
 
 /// Everything the generator needs to know about a run.
@@ -27,6 +28,7 @@ pub(crate) struct Glue<'a> {
     pub(crate) execution: Execution,
     pub(crate) pins: bool,
     pub(crate) poison: Option<u32>,
+    pub(crate) instruments: &'a Instruments,
 }
 
 impl Glue<'_> {
@@ -40,13 +42,16 @@ impl Glue<'_> {
     }
 }
 
-/// Group 0 as stages see it, and what the work source provides; enough to inspect a program.
-pub(crate) fn header(source: &dyn WorkSource) -> String {
+/// Group 0 as stages see it, what the work source provides, and the program's named counters; enough to inspect a program.
+pub(crate) fn header(source: &dyn WorkSource, gauges: &[Gauge], assertions: bool) -> String {
+    let gauges: String = gauges.iter().enumerate().map(|(index, gauge)| gauge.wgsl(index as u32, assertions)).collect();
     format!(
         "{}@group(0) @binding(0) var<storage, read> wf_control: WfControl;\n\
          @group(0) @binding(1) var<storage, read_write> wf_counters: array<atomic<u32>>;\n\
          @group(0) @binding(2) var<storage, read_write> wf_results: array<u32>;\n\
-         @group(0) @binding(3) var<storage, read_write> wf_bank: array<u32>;\n{}",
+         @group(0) @binding(3) var<storage, read_write> wf_bank: array<u32>;\n\
+         // Number of the bank, and its first block.\n\
+         @group(0) @binding(4) var<uniform> wf_bank_of: vec4u;\n{}{gauges}",
         control::declarations(),
         source.wgsl()
     )
@@ -54,7 +59,7 @@ pub(crate) fn header(source: &dyn WorkSource) -> String {
 
 /// The scheduler's own kernels: tick or advance, and resolve, each with its bindings.
 pub(crate) fn tick_module(glue: &Glue) -> (String, String) {
-    let shader = |path: &str| wavepool_shaders::SCHEDULER.iter().find(|module| module.path == path).map_or("", |module| module.text);
+    let shader = scheduler_module;
     let order = match (glue.order.rule(), glue.execution) {
         (_, Execution::Megakernel) => String::new(),
         (OrderRule::Formula(formula), _) => format!("{}{}", formula.wgsl(), shader("scheduler::order_formula")),
@@ -63,7 +68,8 @@ pub(crate) fn tick_module(glue: &Glue) -> (String, String) {
     let tick = format!(
         "{}@group(0) @binding(0) var<storage, read_write> wf_control: WfControl;\n\
          @group(0) @binding(1) var<storage, read_write> wf_counters: array<atomic<u32>>;\n\
-         @group(0) @binding(2) var<storage, read_write> wf_arguments: array<u32>;\n{}{}{}{}{}{}",
+         @group(0) @binding(2) var<storage, read_write> wf_arguments: array<u32>;\n\
+         @group(0) @binding(3) var<storage, read_write> wf_record: array<u32>;\n{}{}{}{}{}{}",
         control::declarations(),
         glue.source.wgsl(),
         order,
@@ -130,7 +136,17 @@ pub(crate) fn kernels(glue: &Glue) -> String {
             }
         }
     }
+    if glue.instruments.checked {
+        let _ = writeln!(out, "const WF_STRIDE: u32 = {}u;", glue.layout.stride());
+        let _ = writeln!(out, "const WF_RESULT_PLANES: u32 = {}u;", glue.interface.result.len() + 1);
+        out.push_str(scheduler_module("scheduler::audit"));
+    }
     out
+}
+
+/// A kernel of the library, as text.
+fn scheduler_module(path: &str) -> &'static str {
+    wavepool_shaders::SCHEDULER.iter().find(|module| module.path == path).map_or("", |module| module.text)
 }
 
 /// Passes every leaf through an integer `or` with a zero that the compiler cannot see: no algebra crosses it. Not `xor`: a leaf that
@@ -152,7 +168,7 @@ fn pin(glue: &Glue, out: &mut String) {
 fn complete(glue: &Glue, out: &mut String) {
     let _ = write!(
         out,
-        "fn wf_complete(wf_state: ptr<function, {}>, wf_tile: u32, wf_pass_index: u32, wf_lane: u32) {{\n    \
+        "fn wf_complete(wf_state: ptr<function, {}>, wf_tile: u32, wf_pass_index: u32, wf_lane: u32, wf_length: u32) {{\n    \
          let result = {}(wf_state);\n    \
          let plane = wf_control.tiles * {BLOCK}u;\n    \
          let place = (wf_pass_index % wf_control.ring) * {}u * plane + wf_tile * {BLOCK}u + wf_lane;\n",
@@ -163,6 +179,10 @@ fn complete(glue: &Glue, out: &mut String) {
     for (index, leaf) in glue.interface.result.iter().enumerate() {
         let _ =
             writeln!(out, "    wf_results[place + {}u * plane] = {};", index + 1, to_word(leaf.scalar, &format!("result{}", leaf.path)));
+    }
+    if glue.instruments.lengths {
+        let ring = format!("wf_control.ring * {}u", glue.interface.result.len() + 1);
+        let _ = writeln!(out, "    wf_results[({ring} + wf_pass_index) * plane + wf_tile * {BLOCK}u + wf_lane] = wf_length;");
     }
     out.push_str("    wf_results[place] = wf_pass_index + 1u;\n}\n");
     out.push_str(
@@ -220,11 +240,11 @@ fn generate_kernel(glue: &Glue, out: &mut String) {
         out,
         "@compute @workgroup_size({BLOCK})\n\
          fn wf_generate(@builtin(workgroup_id) wf_group: vec3u, @builtin(local_invocation_index) wf_lane: u32) {{\n    \
-         let wf_slot = wf_group.x + wf_group.y * WF_MAX_GROUPS;\n    \
-         if (wf_slot >= wf_control.new_blocks) {{ return; }}\n    \
+         let wf_slot = wf_bank_new(wf_bank_of.x) + wf_group.x + wf_group.y * WF_MAX_GROUPS;\n    \
+         if (wf_slot >= wf_bank_new(wf_bank_of.x + 1u)) {{ return; }}\n    \
          let wf_block = wf_new_block(wf_slot);\n    \
          let wf_tile = wf_block_tile(wf_block);\n    \
-         let wf_base = wf_block * {}u + wf_lane;\n    \
+         let wf_base = (wf_block - wf_bank_of.y) * {}u + wf_lane;\n    \
          let wf_item = wf_item_of(wf_tile, wf_block_pass(wf_block), wf_lane);\n    \
          if (wf_item.pixel == WF_NONE) {{ wf_bank[wf_base] = 0u; return; }}\n    \
          wf_bank[wf_base] = 1u;\n    \
@@ -252,6 +272,9 @@ fn call_stage(glue: &Glue, index: usize, indent: &str, out: &mut String) {
     } else {
         let _ = writeln!(out, "{indent}{}(&wf_state);", stage.name);
     }
+    if stage.decides && glue.instruments.checked {
+        let _ = writeln!(out, "{indent}if (wf_verdict == FINISH) {{ atomicAdd(&wf_counters[WF_FINISHED], 1u); }}");
+    }
     let _ = writeln!(out, "{indent}wf_pin(&wf_state);");
 }
 
@@ -274,10 +297,10 @@ fn stage_kernel(glue: &Glue, index: usize, out: &mut String) {
         out,
         "@compute @workgroup_size({BLOCK})\n\
          fn wf_stage_{}(@builtin(workgroup_id) wf_group: vec3u, @builtin(local_invocation_index) wf_lane: u32) {{\n    \
-         let wf_slot = wf_group.x + wf_group.y * WF_MAX_GROUPS;\n    \
-         if (wf_slot >= wf_control.live_blocks) {{ return; }}\n    \
+         let wf_slot = wf_bank_live(wf_bank_of.x) + wf_group.x + wf_group.y * WF_MAX_GROUPS;\n    \
+         if (wf_slot >= wf_bank_live(wf_bank_of.x + 1u)) {{ return; }}\n    \
          let wf_block = wf_live_block(wf_slot);\n    \
-         let wf_base = wf_block * {}u + wf_lane;\n    \
+         let wf_base = (wf_block - wf_bank_of.y) * {}u + wf_lane;\n    \
          if (wf_bank[wf_base] == 0u) {{ return; }}\n    \
          var wf_state = {}();\n",
         stage.name,
@@ -318,7 +341,8 @@ fn finish_lane(glue: &Glue, late: &LeafSet, indent: &str, out: &mut String) {
     load(glue, late, indent, out);
     let _ = write!(
         out,
-        "{indent}wf_complete(&wf_state, wf_block_tile(wf_block), wf_block_pass(wf_block), wf_lane);\n\
+        "{indent}let wf_length = wf_control.step - wf_block_birth(wf_block) + 1u;\n\
+         {indent}wf_complete(&wf_state, wf_block_tile(wf_block), wf_block_pass(wf_block), wf_lane, wf_length);\n\
          {indent}wf_bank[wf_base] = 0u;\n\
          {indent}atomicSub(&wf_counters[wf_live_counter(wf_block)], 1u);\n\
          {indent}return;\n"
@@ -353,5 +377,6 @@ fn megakernel(glue: &Glue, out: &mut String) {
         gamble::draw_lane(glue, "atomicAdd(&wf_counters[WF_KILLED], 1u);", "        ", out);
         out.push_str("        if (wf_verdict == FINISH) { break; }\n");
     }
-    out.push_str("        wf_step += 1u;\n    }\n    wf_complete(&wf_state, wf_tile, wf_pass_index, wf_lane);\n}\n");
+    out.push_str("        wf_step += 1u;\n    }\n");
+    out.push_str("    wf_complete(&wf_state, wf_tile, wf_pass_index, wf_lane, wf_step + 1u);\n}\n");
 }

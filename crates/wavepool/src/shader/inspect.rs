@@ -24,6 +24,8 @@ pub(crate) struct Interface {
     pub(crate) survival: Option<Summary>,
     pub(crate) reweight: Option<Summary>,
     pub(crate) resources: Vec<Resource>,
+    /// Names of all functions that a stage may reach.
+    pub(crate) functions: BTreeSet<String>,
 }
 
 /// A stage as found in the WGSL.
@@ -152,6 +154,7 @@ impl Inspector<'_> {
             return None;
         }
         let module = &self.module;
+        let functions = functions.iter().filter_map(|function| module.functions[*function].name.clone()).collect();
         let summary = |function| analyse(module, function, 0);
         Some(Interface {
             state: self.type_name(state),
@@ -170,6 +173,7 @@ impl Inspector<'_> {
             survival: survival.map(summary),
             reweight: reweight.map(summary),
             resources,
+            functions,
         })
     }
 

@@ -23,4 +23,6 @@ use generate::{Glue, kernels, tick_module};
 pub use infer::{LeafSet, Summary, Written};
 pub(crate) use infer::{analyse, join_alternatives, then};
 pub(crate) use inspect::{Interface, Resource, ResourceKind, inspect};
+pub use link::Fault;
 pub(crate) use link::{Linked, link};
+pub(crate) use scan::is_identifier;

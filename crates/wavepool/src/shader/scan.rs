@@ -239,3 +239,8 @@ pub(super) fn reserved(name: &str) -> Option<String> {
         None
     }
 }
+
+/// True for names that WGSL and generated code can take: ASCII letters, digits and underscores, the first one a letter.
+pub(crate) fn is_identifier(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
+}
