@@ -6,6 +6,7 @@ use std::{fmt, str::FromStr, sync::Arc};
 
 use crate::{
     Error, Result,
+    control::MAX_RING,
     policy::{
         BlockInPlace, DepthMax, DepthMean, Execution, NeverRegenerate, PerBlock, PerLane, Regeneration, Roulette, Scanline, Statistic,
         TileOrder,
@@ -35,6 +36,9 @@ pub struct Schedule {
     pub roulette: Option<Arc<dyn Roulette>>,
     /// Blocks of 256 lanes; of the megakernel: tiles per launch. `None` lets the library choose.
     pub pool_blocks: Option<u32>,
+    /// At most so many passes in flight (1 to 64); 1 makes every pass wait for the one before. `None` lets the library choose. The
+    /// megakernel never has more than one.
+    pub ring: Option<u32>,
     /// Keep drivers from rewriting algebra across the borders of stages. Without it, executions may differ in the last bits.
     pub pins: bool,
     /// For tests: fills every leaf that a kernel may not use with this word.
@@ -56,6 +60,7 @@ impl Schedule {
             regeneration: Arc::new(BlockInPlace::default()),
             roulette: Some(Arc::new(PerLane)),
             pool_blocks: None,
+            ring: None,
             pins: true,
             poison: None,
         }
@@ -74,6 +79,11 @@ impl Schedule {
     /// Fixes the size of the pool; one that is larger than the work is cut down to it.
     pub fn with_pool_blocks(self, blocks: u32) -> Self {
         Schedule { pool_blocks: Some(blocks), ..self }
+    }
+
+    /// Lets at most `passes` passes be in flight; with 1 no pass begins before the one before it is complete.
+    pub fn with_ring(self, passes: u32) -> Self {
+        Schedule { ring: Some(passes), ..self }
     }
 
     /// Replaces the regeneration policy.
@@ -111,19 +121,22 @@ impl fmt::Display for Schedule {
         }
         let roulette = self.roulette.as_ref().map_or("none", |roulette| roulette.name());
         write!(f, ",order={},roulette={roulette}", self.order.name())?;
+        if let Some(passes) = self.ring {
+            write!(f, ",ring={passes}")?;
+        }
         if self.pins { Ok(()) } else { f.write_str(",pins=off") }
     }
 }
 
 const NAMES: &str = "never, block, megakernel";
-const KEYS: &str = "threshold, check_every, order, roulette, pins";
+const KEYS: &str = "threshold, check_every, order, roulette, ring, pins";
 
 impl FromStr for Schedule {
     type Err = Error;
 
     /// `NAME[,key=value...]`; names `never`, `block`, `megakernel`; keys `threshold` (0 to 15) and `check_every` (1 or more) of
     /// `block`, `order` (`scanline`, `depth-max`, `depth-mean`), `roulette` (`none`,
-    /// `lane`, `block-max`, `block-mean`), `pins` (`on`, `off`).
+    /// `lane`, `block-max`, `block-mean`), `ring` (1 to 64), `pins` (`on`, `off`).
     fn from_str(text: &str) -> Result<Self> {
         let mut parts = text.split(',').map(str::trim);
         let name = parts.next().unwrap_or("");
@@ -159,6 +172,10 @@ impl FromStr for Schedule {
                 ("roulette", "block-max") => schedule.roulette = Some(Arc::new(PerBlock(Statistic::Max))),
                 ("roulette", "block-mean") => schedule.roulette = Some(Arc::new(PerBlock(Statistic::Mean))),
                 ("roulette", _) => return Err(wrong("none, lane, block-max, block-mean")),
+                ("ring", _) => {
+                    let passes = value.parse().ok().filter(|passes| (1..=MAX_RING).contains(passes));
+                    schedule.ring = Some(passes.ok_or_else(|| wrong(&format!("1 to {MAX_RING}")))?);
+                }
                 ("pins", "on") => schedule.pins = true,
                 ("pins", "off") => schedule.pins = false,
                 ("pins", _) => return Err(wrong("on, off")),
@@ -188,6 +205,8 @@ mod tests {
             ("block,check_every=0", "check_every=0: allowed is 1 or more"),
             ("never,threshold=0.5", "`threshold` belongs to `block`"),
             ("block,roulette=warp", "roulette=warp: allowed is none, lane, block-max, block-mean"),
+            ("block,ring=0", "ring=0: allowed is 1 to 64"),
+            ("never,ring=65", "ring=65: allowed is 1 to 64"),
             ("block,threshold", "`threshold` is not key=value"),
         ] {
             let message = text.parse::<Schedule>().expect_err(text).to_string();
@@ -199,10 +218,13 @@ mod tests {
     /// Kills: a printed schedule that is another one when it is typed in again.
     #[test]
     fn a_printed_schedule_can_be_read() {
-        for text in ["never", "block", "megakernel", "block,threshold=0.25,check_every=3,roulette=none", "never,pins=off"] {
+        for text in
+            ["never", "block", "megakernel", "block,threshold=0.25,check_every=3,roulette=none", "never,pins=off", "never,ring=64,pins=off"]
+        {
             let printed = text.parse::<Schedule>().expect(text).to_string();
             assert_eq!(printed.parse::<Schedule>().expect(&printed).to_string(), printed);
         }
+        assert_eq!(Schedule::never().with_ring(3).to_string().parse::<Schedule>().expect("a schedule").ring, Some(3));
         assert_eq!(Schedule::block().to_string(), "block,threshold=0.5,check_every=2,order=scanline,roulette=lane");
     }
 

@@ -178,6 +178,7 @@ impl Scheduler {
             execution: self.schedule.execution,
             pool_blocks: self.schedule.pool_blocks,
             default_blocks: default_pool_blocks(&self.device),
+            ring: self.schedule.ring,
             tiles: self.source.tiles(),
             passes,
             stride: self.layout.stride(),

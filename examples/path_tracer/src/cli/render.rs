@@ -36,7 +36,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u32,
     /// NAME[,key=value...] with NAME never, block or megakernel; keys threshold, check_every, order (scanline, depth-max, depth-mean),
-    /// roulette (none, lane, block-max, block-mean), pins (on, off).
+    /// roulette (none, lane, block-max, block-mean), ring (1 to 64), pins (on, off).
     #[arg(long, value_name = "SPEC", default_value = "block")]
     pub(crate) schedule: String,
     /// Blocks of 256 lanes that are in flight at once.
