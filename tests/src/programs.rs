@@ -6,7 +6,7 @@ use crate::{border, traps};
 
 /// Every program of this module.
 pub fn all() -> Vec<fn() -> Program> {
-    vec![collatz, hops, border::program, enclosure, identity_sum, not_finite, || trap(&traps::TRAPS[0])]
+    vec![collatz, hops, border::program, enclosure, identity_sum, not_finite, waiting, || trap(&traps::TRAPS[0])]
 }
 
 fn build(name: &str, wgsl: String, stages: &[&str]) -> Program {
@@ -99,6 +99,36 @@ fn reweight(w: ptr<function, Walk>, inverse_p: f32) { (*w).beta *= inverse_p; (*
 fn finish(w: ptr<function, Walk>) -> vec2f { return vec2f((*w).radiance, (*w).radiance * (*w).radiance); }
 ";
     build("enclosure", wgsl.to_owned(), &["bounce"])
+}
+
+/// A walk that does nothing for [`waiting_steps`] steps; the result is their number. Its length differs between pixels and between
+/// samples of a pixel.
+pub fn waiting() -> Program {
+    let wgsl = "
+struct Walk { left: u32, steps: u32 }
+fn generate(w: ptr<function, Walk>, item: Item) {
+    var h = (item.pixel * 0x9e3779b1u) ^ ((item.sample + 1u) * 0x85ebca6bu);
+    h = (h ^ (h >> 15u)) * 0x2c1b3c6du;
+    h ^= h >> 12u;
+    (*w).left = h % 5u + select(0u, (h >> 8u) % 90u, h % 199u == 0u);
+}
+fn wait(w: ptr<function, Walk>) -> u32 {
+    (*w).steps += 1u;
+    if ((*w).left == 0u) { return FINISH; }
+    (*w).left -= 1u;
+    return CONTINUE;
+}
+fn finish(w: ptr<function, Walk>) -> u32 { return (*w).steps; }
+";
+    build("waiting", wgsl.to_owned(), &["wait"])
+}
+
+/// Steps of a walk of [`waiting`].
+pub fn waiting_steps(pixel: u32, sample: u32) -> u32 {
+    let mut h = pixel.wrapping_mul(0x9e37_79b1) ^ (sample + 1).wrapping_mul(0x85eb_ca6b);
+    h = (h ^ h >> 15).wrapping_mul(0x2c1b_3c6d);
+    h ^= h >> 12;
+    1 + h % 5 + if h.is_multiple_of(199) { (h >> 8) % 90 } else { 0 }
 }
 
 /// One step; the results are 0.1, a number near 2^32, the pixel and the sample.

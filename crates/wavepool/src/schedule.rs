@@ -8,8 +8,8 @@ use crate::{
     Error, Result,
     control::MAX_RING,
     policy::{
-        BlockInPlace, DepthMax, DepthMean, Execution, NeverRegenerate, PerBlock, PerLane, Regeneration, Roulette, Scanline, Statistic,
-        TileOrder,
+        BlockInPlace, DepthDecayed, DepthMax, DepthMean, Execution, Morton, NeverRegenerate, PerBlock, PerLane, Regeneration, Roulette,
+        Scanline, Statistic, TileOrder,
     },
 };
 
@@ -135,7 +135,7 @@ impl FromStr for Schedule {
     type Err = Error;
 
     /// `NAME[,key=value...]`; names `never`, `block`, `megakernel`; keys `threshold` (0 to 15) and `check_every` (1 or more) of
-    /// `block`, `order` (`scanline`, `depth-max`, `depth-mean`), `roulette` (`none`,
+    /// `block`, `order` (`scanline`, `morton`, `depth-max`, `depth-mean`, `depth-decayed`), `roulette` (`none`,
     /// `lane`, `block-max`, `block-mean`), `ring` (1 to 64), `pins` (`on`, `off`).
     fn from_str(text: &str) -> Result<Self> {
         let mut parts = text.split(',').map(str::trim);
@@ -164,9 +164,11 @@ impl FromStr for Schedule {
                     check_every = value.parse().ok().filter(|value| *value > 0).ok_or_else(|| wrong("1 or more"))?;
                 }
                 ("order", "scanline") => schedule.order = Arc::new(Scanline),
+                ("order", "morton") => schedule.order = Arc::new(Morton),
                 ("order", "depth-max") => schedule.order = Arc::new(DepthMax),
                 ("order", "depth-mean") => schedule.order = Arc::new(DepthMean),
-                ("order", _) => return Err(wrong("scanline, depth-max, depth-mean")),
+                ("order", "depth-decayed") => schedule.order = Arc::new(DepthDecayed),
+                ("order", _) => return Err(wrong("scanline, morton, depth-max, depth-mean, depth-decayed")),
                 ("roulette", "lane") => schedule.roulette = Some(Arc::new(PerLane)),
                 ("roulette", "none") => schedule.roulette = None,
                 ("roulette", "block-max") => schedule.roulette = Some(Arc::new(PerBlock(Statistic::Max))),
@@ -205,6 +207,7 @@ mod tests {
             ("block,check_every=0", "check_every=0: allowed is 1 or more"),
             ("never,threshold=0.5", "`threshold` belongs to `block`"),
             ("block,roulette=warp", "roulette=warp: allowed is none, lane, block-max, block-mean"),
+            ("block,order=hilbert", "order=hilbert: allowed is scanline, morton, depth-max, depth-mean, depth-decayed"),
             ("block,ring=0", "ring=0: allowed is 1 to 64"),
             ("never,ring=65", "ring=65: allowed is 1 to 64"),
             ("block,threshold", "`threshold` is not key=value"),
