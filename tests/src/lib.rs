@@ -6,5 +6,6 @@ pub mod border;
 pub mod covering;
 pub mod device;
 pub mod kernels;
+pub mod moments;
 pub mod programs;
 pub mod traps;
