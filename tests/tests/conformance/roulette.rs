@@ -55,7 +55,7 @@ fn lane_roulette_has_the_mean_and_the_variance_of_theory() {
 /// A coin for 256 walks whose chances are equal: the mean is the same, and the walks of a block differ in nothing. So a block is one draw
 /// (intra-class correlation 1): 78 tiles times 200 passes are 15,600 draws, a standard error of 0.4 % in the mean and 0.7 % in the
 /// variance; |z| < 4.9 misses a bias of 3.2 % once in a thousand.
-/// Kills: a killed block whose walks leave no result; a block reweighted twice or in the wrong step; a mean over dead lanes too; a draw
+/// Kills: a killed block whose walks leave no result; a block reweighted twice or in the wrong step; a draw
 /// keyed by the block's place in the pool.
 #[test]
 fn block_roulette_has_the_mean_and_the_variance_of_theory() {
@@ -68,6 +68,22 @@ fn block_roulette_has_the_mean_and_the_variance_of_theory() {
         eprintln!("{statistic:?}: {blocks:?}, z of mean {mean:.2?}, of variance {variance:.2?}");
         mean.and(variance).unwrap_or_else(|problem| panic!("{statistic:?}: {problem}"));
     }
+}
+
+/// One tile of 200 items, 56 lanes of the block empty; 3000 passes are as many draws. The mean over all 256 lanes would be a chance of
+/// 0.70 instead of 0.9, with a variance 13 times as large.
+/// Kills: a mean over dead lanes too.
+#[test]
+fn empty_lanes_do_not_lower_the_mean_of_a_block() {
+    let Some(gpu) = gpu() else { return };
+    let (items, passes) = (200, 3000);
+    let schedule = Schedule::block().with_pool_blocks(60).with_roulette(Some(Arc::new(PerBlock(Statistic::Mean))));
+    let (film, _) = run(gpu, &enclosure_with(RHO, 0.9), LinearRange { count: items }, passes, &schedule);
+    let (sum, squares) = (film.sum(0, 0), film.sum(0, 1));
+    assert!((0..items as usize).all(|item| film.sum(item, 0) == sum), "the lanes of a block are alike");
+    let law = law_of(RHO, 0.9);
+    let sample = Sample::of_sums(f64::from(passes), sum, squares);
+    law.check_mean(&sample).and(law.check_variance(&sample)).unwrap_or_else(|problem| panic!("{problem}"));
 }
 
 /// What a leaf of every walk was, by block.
