@@ -82,6 +82,9 @@ fn the_device_follows_every_order_of_tiles() {
         (150, 70, 5, 7, block(0.0, 1).with_order(DepthMax)),
         (150, 70, 5, 7, block(0.0, 1).with_order(DepthMean)),
         (150, 70, 5, 7, block(0.0, 1).with_order(DepthDecayed)),
+        // Small images in pools with room for more than a pass: here it matters what was known when a tile began.
+        (48, 48, 20, 10, block(0.25, 1).with_order(DepthDecayed)),
+        (48, 48, 12, 7, block(0.25, 1).with_order(DepthDecayed)),
         (40, 60, 12, 25, block(0.5, 2).with_order(DepthDecayed)),
         (40, 60, 12, 100, block(0.25, 1).with_order(DepthDecayed)),
         (300, 300, 4, 30, block(0.5, 2).with_order(DepthDecayed)),
