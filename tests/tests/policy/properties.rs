@@ -26,10 +26,9 @@ fn for_all(check: impl Fn(&Workload, &Replay) + Sync) {
     });
 }
 
-/// Kills: in the replay, each planted by itself: a threshold compared with `>=`; checks at odd steps; a block retired a step late; a pass
-/// resolved before its turn, or two in one tick; a ring one pass too long; a key of a running tile that ignores its age; a decayed key
-/// measured against what is known when it ends; ties in reverse; an order fixed after the tiles of the tick were handed out; a subgroup
-/// counted by its first lane.
+/// Kills, each planted by itself in the replay or a host face: a threshold compared with `>=`; checks at odd steps; a block that is not
+/// retired; two passes resolved in one tick; a ring one pass too long; a key of a running tile that ignores its age; a decayed key
+/// measured against what is known when it ends; ties in reverse; a curve by columns; a subgroup counted by its first lane.
 #[test]
 fn replay_is_what_brute_force_finds() {
     for_all(|workload, seen| {
