@@ -11,9 +11,9 @@ var<workgroup> wf_round_keys: array<u32, 256>;
 // Tiles to sort, 0 when no pass ends.
 var<workgroup> wf_sort_tiles: u32;
 
-fn wf_key_of(block: u32, steps: u32) -> u32 {
+fn wf_key_of(block: u32, remembered: u32, steps: u32) -> u32 {
     let items = wf_tile_items(wf_block_tile(block));
-    return min(wf_tile_key(steps, wf_block_lane_steps(block), items), WF_KEYS - 1u);
+    return min(wf_tile_key(remembered, steps, wf_block_lane_steps(block), items), WF_KEYS - 1u);
 }
 
 // Steps that the block's tile has taken.
@@ -21,9 +21,10 @@ fn wf_steps_taken(block: u32, steps_done: u32) -> u32 {
     return steps_done + 1u - wf_block_birth(block);
 }
 
-// Remembers what the tile took; of several passes of a tile the latest counts, whichever ends first.
+// Remembers what the tile took, against what was known when it began; of several passes of a tile the latest counts, whichever ends
+// first.
 fn wf_tile_ended(block: u32) {
-    let key = wf_key_of(block, wf_steps_taken(block, wf_control.step));
+    let key = wf_key_of(block, wf_block_remembered(block), wf_steps_taken(block, wf_control.step));
     let entry = (wf_block_pass(block) << WF_KEY_BITS) | key;
     atomicMax(&wf_counters[wf_estimate(wf_block_tile(block))], entry);
 }
@@ -34,6 +35,8 @@ fn wf_tile_goes_on(block: u32, lanes: u32) {
 
 fn wf_tile_begins(block: u32, lanes: u32) {
     wf_control.words[wf_block_lane_steps_word(block)] = lanes;
+    let key = atomicLoad(&wf_counters[wf_estimate(wf_block_tile(block))]) & (WF_KEYS - 1u);
+    wf_control.words[wf_block_remembered_word(block)] = key;
 }
 
 fn wf_queued_tile(place: u32) -> u32 {
@@ -47,6 +50,8 @@ fn wf_queued_tile(place: u32) -> u32 {
 // Sorts when this tick hands out the last tile of a pass. The tick then turns the two
 // orders around.
 fn wf_order_passes(lane: u32) {
+    // Estimates of tiles that ended in this very tick were written by other lanes.
+    storageBarrier();
     if (lane == 0u) {
         let handed_out = wf_assignment.z + wf_assignment.x;
         wf_sort_tiles = select(0u, wf_control.tiles, wf_assignment.x > 0u && handed_out >= wf_control.tiles);
@@ -58,9 +63,6 @@ fn wf_order_passes(lane: u32) {
 }
 
 fn wf_sort(lane: u32, tiles: u32) {
-    // Estimates of tiles that ended in this very tick were written by other lanes.
-    storageBarrier();
-
     // Gather the keys: the estimate, or what a running tile has taken already.
     for (var tile = lane; tile < tiles; tile += 256u) {
         atomicStore(&wf_counters[wf_sort_key(tile)], atomicLoad(&wf_counters[wf_estimate(tile)]) & (WF_KEYS - 1u));
@@ -73,7 +75,7 @@ fn wf_sort(lane: u32, tiles: u32) {
     for (var block = lane; block < wf_control.pool_blocks; block += 256u) {
         let tile = wf_block_tile(block);
         if (tile != WF_NONE) {
-            atomicMax(&wf_counters[wf_sort_key(tile)], wf_key_of(block, wf_steps_taken(block, wf_assignment.w - 1u)));
+            atomicMax(&wf_counters[wf_sort_key(tile)], wf_key_of(block, 0u, wf_steps_taken(block, wf_assignment.w - 1u)));
         }
     }
     storageBarrier();

@@ -25,7 +25,17 @@ pub struct Kernel {
 }
 
 /// How the kernels are scheduled: executions, orders and regeneration.
-const SCHEDULES: [&str; 6] = ["never", "block", "block,order=depth-max", "never,order=depth-mean", "megakernel", "megakernel,pins=off"];
+const SCHEDULES: [&str; 9] = [
+    "never",
+    "block",
+    "block,order=morton",
+    "block,order=depth-max",
+    "never,order=depth-mean",
+    "block,order=depth-decayed",
+    "megakernel",
+    "megakernel,order=morton",
+    "megakernel,pins=off",
+];
 const ROULETTES: [&str; 4] = ["lane", "block-max", "block-mean", "none"];
 
 /// All of them, without repetition: programs share the kernels of the scheduler.
@@ -130,7 +140,7 @@ mod tests {
         for entry in ["wf_tick", "wf_advance", "wf_resolve", "wf_generate", "wf_stage_sample_light", "wf_megakernel"] {
             assert!(kernels.iter().any(|kernel| kernel.text.contains(&format!("fn {entry}("))), "{entry}");
         }
-        for word in ["wf_sort_key(tile)", "wf_inverse_survival(", "0x7fc00000u"] {
+        for word in ["wf_sort_key(tile)", "wf_tiles_in_square(", "remembered * 3u", "wf_inverse_survival(", "0x7fc00000u"] {
             assert!(kernels.iter().any(|kernel| kernel.text.contains(word)), "{word}");
         }
         let mut names: Vec<_> = kernels.iter().map(|kernel| &kernel.name).collect();

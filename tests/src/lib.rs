@@ -3,7 +3,9 @@
 //! **Invariant:** a test that cannot run says so on one line, or fails when `WAVEPOOL_NO_SKIP=1`.
 
 pub mod border;
+pub mod covering;
 pub mod device;
 pub mod kernels;
+pub mod moments;
 pub mod programs;
 pub mod traps;

@@ -6,7 +6,7 @@ use crate::{border, traps};
 
 /// Every program of this module.
 pub fn all() -> Vec<fn() -> Program> {
-    vec![collatz, hops, border::program, enclosure, identity_sum, not_finite, || trap(&traps::TRAPS[0])]
+    vec![collatz, hops, border::program, enclosure, unequal, identity_sum, not_finite, waiting, || trap(&traps::TRAPS[0])]
 }
 
 fn build(name: &str, wgsl: String, stages: &[&str]) -> Program {
@@ -82,11 +82,15 @@ fn finish(f: ptr<function, Flight>) -> Tally { return Tally((*f).sum, u32((*f).t
     build("hops", wgsl.to_owned(), &["fly", "absorb", "turn"])
 }
 
-/// A walk in an enclosure that emits 1 and reflects `RHO`: every path sums to 1 / (1 - RHO) in the mean, with survival `P`.
+/// [`enclosure_with`] a reflectance of 0.8 and a survival of 0.9.
 pub fn enclosure() -> Program {
+    enclosure_with(0.8, 0.9)
+}
+
+/// A walk in an enclosure that emits 1 and reflects `rho`: every path sums to 1 / (1 - rho) in the mean, with survival `p`. The result is
+/// the sum and its square.
+pub fn enclosure_with(rho: f32, p: f32) -> Program {
     let wgsl = "
-const RHO = 0.8;
-const P = 0.9;
 struct Walk { beta: f32, radiance: f32 }
 fn generate(w: ptr<function, Walk>, item: Item) { (*w).beta = 1.0; (*w).radiance = 1.0; }
 fn bounce(w: ptr<function, Walk>) -> u32 {
@@ -98,7 +102,62 @@ fn survival(w: ptr<function, Walk>) -> f32 { return P; }
 fn reweight(w: ptr<function, Walk>, inverse_p: f32) { (*w).beta *= inverse_p; (*w).radiance += (*w).beta; }
 fn finish(w: ptr<function, Walk>) -> vec2f { return vec2f((*w).radiance, (*w).radiance * (*w).radiance); }
 ";
-    build("enclosure", wgsl.to_owned(), &["bounce"])
+    build("enclosure", format!("const RHO = {rho:?};\nconst P = {p:?};\n{wgsl}"), &["bounce"])
+}
+
+/// Walls that reflect between 0.4 and 0.9, drawn anew for each bounce of each walk: every path sums to 1 / (1 - 0.65) in the mean, and a
+/// lane's chance of survival is what it still carries, 1 at most. The result is the sum, and the most that a survivor ever carried.
+pub fn unequal() -> Program {
+    let wgsl = "
+import wavepool::math::random::{pcg4d, unit_f32};
+struct Walk { key: vec2u, bounces: u32, beta: f32, radiance: f32, heaviest: f32 }
+fn generate(w: ptr<function, Walk>, item: Item) {
+    (*w).key = vec2u(item.pixel, item.sample);
+    (*w).beta = 1.0;
+}
+fn bounce(w: ptr<function, Walk>) -> u32 {
+    (*w).heaviest = max((*w).heaviest, (*w).beta);
+    (*w).radiance += (*w).beta;
+    (*w).beta *= 0.4 + 0.5 * unit_f32(pcg4d(vec4u((*w).key, (*w).bounces, 23u)).x);
+    (*w).bounces += 1u;
+    if ((*w).bounces == 1000u) { return FINISH; }
+    return CONTINUE;
+}
+fn survival(w: ptr<function, Walk>) -> f32 { return min((*w).beta, 1.0); }
+fn reweight(w: ptr<function, Walk>, inverse_p: f32) { (*w).beta *= inverse_p; }
+fn finish(w: ptr<function, Walk>) -> vec2f { return vec2f((*w).radiance, (*w).heaviest); }
+";
+    build("unequal", wgsl.to_owned(), &["bounce"])
+}
+
+/// A walk that does nothing for [`waiting_steps`] steps; the result is their number. Its length differs between pixels and between
+/// samples of a pixel.
+pub fn waiting() -> Program {
+    let wgsl = "
+struct Walk { left: u32, steps: u32 }
+fn generate(w: ptr<function, Walk>, item: Item) {
+    var h = (item.pixel * 0x9e3779b1u) ^ ((item.sample + 1u) * 0x85ebca6bu);
+    h = (h ^ (h >> 15u)) * 0x2c1b3c6du;
+    h ^= h >> 12u;
+    (*w).left = h % 5u + select(0u, (h >> 8u) % 90u, h % 199u == 0u);
+}
+fn wait(w: ptr<function, Walk>) -> u32 {
+    (*w).steps += 1u;
+    if ((*w).left == 0u) { return FINISH; }
+    (*w).left -= 1u;
+    return CONTINUE;
+}
+fn finish(w: ptr<function, Walk>) -> u32 { return (*w).steps; }
+";
+    build("waiting", wgsl.to_owned(), &["wait"])
+}
+
+/// Steps of a walk of [`waiting`].
+pub fn waiting_steps(pixel: u32, sample: u32) -> u32 {
+    let mut h = pixel.wrapping_mul(0x9e37_79b1) ^ (sample + 1).wrapping_mul(0x85eb_ca6b);
+    h = (h ^ h >> 15).wrapping_mul(0x2c1b_3c6d);
+    h ^= h >> 12;
+    1 + h % 5 + if h.is_multiple_of(199) { (h >> 8) % 90 } else { 0 }
 }
 
 /// One step; the results are 0.1, a number near 2^32, the pixel and the sample.

@@ -16,9 +16,10 @@ pub(crate) const FINISH: u32 = 1;
 pub(crate) const NONE: u32 = u32::MAX;
 
 /// What the control buffer keeps per block: its tile, the pass of that, the step it began in, an entry of the list of live blocks, one of
-/// the list of blocks that start a tile, the lane-steps of the tile so far, and what block roulette has drawn (bits of a float: 0 kills).
-const BLOCK_SECTIONS: [&str; 7] =
-    ["block_tile", "block_pass", "block_birth", "live_block", "new_block", "block_lane_steps", "block_inverse"];
+/// the list of blocks that start a tile, the lane-steps of the tile so far, the key that a measured order remembered of it when it began,
+/// and what block roulette has drawn (bits of a float: 0 kills).
+const BLOCK_SECTIONS: [&str; 8] =
+    ["block_tile", "block_pass", "block_birth", "live_block", "new_block", "block_lane_steps", "block_remembered", "block_inverse"];
 /// Places in that list.
 pub(crate) const BLOCK_TILE: u32 = 0;
 pub(crate) const BLOCK_PASS: u32 = 1;

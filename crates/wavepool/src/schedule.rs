@@ -6,9 +6,10 @@ use std::{fmt, str::FromStr, sync::Arc};
 
 use crate::{
     Error, Result,
+    control::MAX_RING,
     policy::{
-        BlockInPlace, DepthMax, DepthMean, Execution, NeverRegenerate, PerBlock, PerLane, Regeneration, Roulette, Scanline, Statistic,
-        TileOrder,
+        BlockInPlace, DepthDecayed, DepthMax, DepthMean, Execution, Morton, NeverRegenerate, PerBlock, PerLane, Regeneration, Roulette,
+        Scanline, Statistic, TileOrder,
     },
 };
 
@@ -39,6 +40,9 @@ pub struct Schedule {
     pub bank_blocks: Option<u32>,
     /// Steps in a submission; `None` aims at 20 ms each.
     pub submission_steps: Option<u32>,
+    /// At most so many passes in flight (1 to 64); 1 makes every pass wait for the one before. `None` lets the library choose. The
+    /// megakernel never has more than one.
+    pub ring: Option<u32>,
     /// Keep drivers from rewriting algebra across the borders of stages. Without it, executions may differ in the last bits.
     pub pins: bool,
     /// For tests: fills every leaf that a kernel may not use with this word.
@@ -62,6 +66,7 @@ impl Schedule {
             pool_blocks: None,
             bank_blocks: None,
             submission_steps: None,
+            ring: None,
             pins: true,
             poison: None,
         }
@@ -90,6 +95,11 @@ impl Schedule {
     /// Fixes the number of steps in a submission.
     pub fn with_submission_steps(self, steps: u32) -> Self {
         Schedule { submission_steps: Some(steps.max(1)), ..self }
+    }
+
+    /// Lets at most `passes` passes be in flight; with 1 no pass begins before the one before it is complete.
+    pub fn with_ring(self, passes: u32) -> Self {
+        Schedule { ring: Some(passes), ..self }
     }
 
     /// Replaces the regeneration policy.
@@ -127,19 +137,22 @@ impl fmt::Display for Schedule {
         }
         let roulette = self.roulette.as_ref().map_or("none", |roulette| roulette.name());
         write!(f, ",order={},roulette={roulette}", self.order.name())?;
+        if let Some(passes) = self.ring {
+            write!(f, ",ring={passes}")?;
+        }
         if self.pins { Ok(()) } else { f.write_str(",pins=off") }
     }
 }
 
 const NAMES: &str = "never, block, megakernel";
-const KEYS: &str = "threshold, check_every, order, roulette, pins";
+const KEYS: &str = "threshold, check_every, order, roulette, ring, pins";
 
 impl FromStr for Schedule {
     type Err = Error;
 
     /// `NAME[,key=value...]`; names `never`, `block`, `megakernel`; keys `threshold` (0 to 15) and `check_every` (1 or more) of
-    /// `block`, `order` (`scanline`, `depth-max`, `depth-mean`), `roulette` (`none`,
-    /// `lane`, `block-max`, `block-mean`), `pins` (`on`, `off`).
+    /// `block`, `order` (`scanline`, `morton`, `depth-max`, `depth-mean`, `depth-decayed`), `roulette` (`none`,
+    /// `lane`, `block-max`, `block-mean`), `ring` (1 to 64), `pins` (`on`, `off`).
     fn from_str(text: &str) -> Result<Self> {
         let mut parts = text.split(',').map(str::trim);
         let name = parts.next().unwrap_or("");
@@ -167,14 +180,20 @@ impl FromStr for Schedule {
                     check_every = value.parse().ok().filter(|value| *value > 0).ok_or_else(|| wrong("1 or more"))?;
                 }
                 ("order", "scanline") => schedule.order = Arc::new(Scanline),
+                ("order", "morton") => schedule.order = Arc::new(Morton),
                 ("order", "depth-max") => schedule.order = Arc::new(DepthMax),
                 ("order", "depth-mean") => schedule.order = Arc::new(DepthMean),
-                ("order", _) => return Err(wrong("scanline, depth-max, depth-mean")),
+                ("order", "depth-decayed") => schedule.order = Arc::new(DepthDecayed),
+                ("order", _) => return Err(wrong("scanline, morton, depth-max, depth-mean, depth-decayed")),
                 ("roulette", "lane") => schedule.roulette = Some(Arc::new(PerLane)),
                 ("roulette", "none") => schedule.roulette = None,
                 ("roulette", "block-max") => schedule.roulette = Some(Arc::new(PerBlock(Statistic::Max))),
                 ("roulette", "block-mean") => schedule.roulette = Some(Arc::new(PerBlock(Statistic::Mean))),
                 ("roulette", _) => return Err(wrong("none, lane, block-max, block-mean")),
+                ("ring", _) => {
+                    let passes = value.parse().ok().filter(|passes| (1..=MAX_RING).contains(passes));
+                    schedule.ring = Some(passes.ok_or_else(|| wrong(&format!("1 to {MAX_RING}")))?);
+                }
                 ("pins", "on") => schedule.pins = true,
                 ("pins", "off") => schedule.pins = false,
                 ("pins", _) => return Err(wrong("on, off")),
@@ -204,6 +223,9 @@ mod tests {
             ("block,check_every=0", "check_every=0: allowed is 1 or more"),
             ("never,threshold=0.5", "`threshold` belongs to `block`"),
             ("block,roulette=warp", "roulette=warp: allowed is none, lane, block-max, block-mean"),
+            ("block,order=hilbert", "order=hilbert: allowed is scanline, morton, depth-max, depth-mean, depth-decayed"),
+            ("block,ring=0", "ring=0: allowed is 1 to 64"),
+            ("never,ring=65", "ring=65: allowed is 1 to 64"),
             ("block,threshold", "`threshold` is not key=value"),
         ] {
             let message = text.parse::<Schedule>().expect_err(text).to_string();
@@ -215,10 +237,13 @@ mod tests {
     /// Kills: a printed schedule that is another one when it is typed in again.
     #[test]
     fn a_printed_schedule_can_be_read() {
-        for text in ["never", "block", "megakernel", "block,threshold=0.25,check_every=3,roulette=none", "never,pins=off"] {
+        for text in
+            ["never", "block", "megakernel", "block,threshold=0.25,check_every=3,roulette=none", "never,pins=off", "never,ring=64,pins=off"]
+        {
             let printed = text.parse::<Schedule>().expect(text).to_string();
             assert_eq!(printed.parse::<Schedule>().expect(&printed).to_string(), printed);
         }
+        assert_eq!(Schedule::never().with_ring(3).to_string().parse::<Schedule>().expect("a schedule").ring, Some(3));
         assert_eq!(Schedule::block().to_string(), "block,threshold=0.5,check_every=2,order=scanline,roulette=lane");
     }
 

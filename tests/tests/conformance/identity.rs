@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use wavepool::{
     Film, ImageTiles, LinearRange, Program, Report, Schedule,
-    policy::{BlockInPlace, DepthMax, DepthMean, PerBlock, PerLane, Roulette, Statistic, WorkSource},
+    policy::{BlockInPlace, DepthDecayed, DepthMax, DepthMean, Morton, PerBlock, PerLane, Roulette, Statistic, WorkSource},
 };
 use wavepool_tests::{
     device::{gpu, run},
@@ -31,6 +31,10 @@ fn schedules() -> Vec<(String, Schedule)> {
     }
     all.push(("block, longest tiles first".to_owned(), Schedule::block().with_order(DepthMax).with_pool_blocks(4)));
     all.push(("never, longest mean first".to_owned(), Schedule::never().with_order(DepthMean).with_pool_blocks(3)));
+    all.push(("block, decayed depths".to_owned(), Schedule::block().with_order(DepthDecayed).with_pool_blocks(7)));
+    all.push(("block, along the curve".to_owned(), Schedule::block().with_order(Morton).with_pool_blocks(8)));
+    all.push(("megakernel, along the curve".to_owned(), Schedule::megakernel().with_order(Morton).with_pool_blocks(3)));
+    all.push(("never, passes apart".to_owned(), Schedule::never().with_ring(1)));
     all.push(("megakernel".to_owned(), Schedule::megakernel()));
     all.push(("megakernel, small launches".to_owned(), Schedule::megakernel().with_pool_blocks(2)));
     all
@@ -74,6 +78,8 @@ fn compare_under(
     assert!(report("block, threshold 0").regenerations > report("block, threshold 2").regenerations);
     assert!(report("block, every 1").regenerations >= report("block, every 3").regenerations);
     assert!(report("never").steps < report("never, small pool").steps);
+    assert!(report("never, passes apart").ring == 1 && report("never").ring > 1);
+    assert!(report("never, passes apart").steps > report("never").steps);
     assert!(report("megakernel").launches < report("megakernel, small launches").launches);
     assert!(report("megakernel").state_bytes == 0 && report("never").state_bytes > 0);
     let killed: Vec<u64> = films.iter().map(|(.., report)| report.items_killed).collect();

@@ -305,6 +305,7 @@ impl Scheduler {
             keeps_lengths: self.instruments.lengths,
             records: self.instruments.steps,
             default_blocks: default_pool_blocks(&self.device),
+            ring: self.schedule.ring,
             tiles: self.source.tiles(),
             passes,
             stride: self.layout.stride(),

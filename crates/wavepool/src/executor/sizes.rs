@@ -5,7 +5,7 @@
 
 use crate::{
     Error, Result,
-    control::{MAX_BANKS, record},
+    control::{MAX_BANKS, MAX_RING, record},
     film::planes_of,
     layout::{BLOCK, Leaf},
     policy::Execution,
@@ -19,6 +19,8 @@ pub(super) struct Demand<'a> {
     pub(super) pool_blocks: Option<u32>,
     /// Blocks to take when it does not.
     pub(super) default_blocks: u32,
+    /// Passes in flight that the schedule allows.
+    pub(super) ring: Option<u32>,
     pub(super) tiles: u32,
     pub(super) passes: u32,
     /// Blocks that the schedule wants in a bank, at most.
@@ -78,6 +80,9 @@ impl Sizes {
             }
             _ => {}
         }
+        if let Some(passes) = demand.ring.filter(|passes| !(1..=MAX_RING).contains(passes)) {
+            return Err(Error::Schedule(format!("ring={passes}: allowed is 1 to {MAX_RING}")));
+        }
         let tiles = u64::from(demand.tiles);
         let is_wavefront = demand.execution == Execution::Wavefront;
         let useful = (tiles * u64::from(demand.passes)).min(u64::from(MAX_POOL_BLOCKS)) as u32;
@@ -116,7 +121,8 @@ impl Sizes {
         let room = demand.binding - length_bytes;
         let fitting = room / (plane_bytes * u64::from(result_planes)).max(1);
         let wanted = if is_wavefront { 2 + pool_blocks.div_ceil(demand.tiles.max(1)) } else { 1 };
-        let ring = wanted.min(demand.passes).min(crate::control::MAX_RING).min(fitting.min(u64::from(u32::MAX)) as u32).max(1);
+        let allowed = demand.ring.unwrap_or(MAX_RING);
+        let ring = wanted.min(demand.passes).min(allowed).min(fitting.min(u64::from(u32::MAX)) as u32).max(1);
         let ordered_tiles = if demand.is_order_measured { demand.tiles } else { 0 };
         Ok(Sizes {
             pool_blocks,
@@ -179,6 +185,7 @@ mod tests {
             keeps_lengths: false,
             records: false,
             default_blocks: 1000,
+            ring: None,
             tiles: 100,
             passes: 8,
             stride: 20 * 256,
@@ -217,6 +224,21 @@ mod tests {
             let blocks: Vec<u32> = (0..sizes.banks).map(|bank| sizes.blocks_of(bank)).collect();
             assert!(blocks.iter().all(|blocks| (1..=bank).contains(blocks)), "{blocks:?}");
             assert_eq!(blocks.iter().sum::<u32>(), pool);
+        }
+    }
+
+    /// Kills: a ring that ignores the schedule, that is longer than the library's own choice because the schedule allows it, or that
+    /// another type of number lets through.
+    #[test]
+    fn a_schedule_can_only_shorten_the_ring() {
+        for (allowed, ring) in [(1, 1), (3, 3), (8, 8), (64, 8)] {
+            assert_eq!(choose(|demand| demand.ring = Some(allowed)).expect("fits").ring, ring);
+        }
+        let megakernel = choose(|demand| (demand.execution, demand.ring) = (Execution::Megakernel, Some(5))).expect("fits");
+        assert_eq!(megakernel.ring, 1);
+        for refused in [0, 65] {
+            let message = choose(|demand| demand.ring = Some(refused)).expect_err("refused").to_string();
+            assert!(message.contains(&format!("ring={refused}: allowed is 1 to 64")), "{message}");
         }
     }
 

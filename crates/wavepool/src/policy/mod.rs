@@ -15,5 +15,5 @@ mod work_source;
 pub use execution::Execution;
 pub use regeneration::{BlockInPlace, NeverRegenerate, Regeneration};
 pub use roulette::{PerBlock, PerLane, Roulette, RouletteScope, Statistic};
-pub use tile_order::{DepthMax, DepthMean, MAX_KEY, OrderRule, Scanline, TileFormula, TileMeasure, TileOrder};
-pub use work_source::{ImageTiles, LinearRange, WorkSource};
+pub use tile_order::{DepthDecayed, DepthMax, DepthMean, MAX_KEY, Morton, OrderRule, Scanline, TileFormula, TileMeasure, TileOrder};
+pub use work_source::{ImageTiles, LinearRange, TileGrid, WorkSource};

@@ -2,9 +2,13 @@
 //!
 //! Key decision: an order is a rule of one of two kinds. A formula follows from pass and position alone. A measured order gives each tile
 //! a key from what the tile took in its latest pass; the tick sorts by these keys, largest first, ties by tile index.
+//! With several passes of a tile in flight, what is remembered must not depend on which ends first: a tile is measured against what was
+//! known when it began, and the latest pass counts.
 //! Source: Frolov and Galaktionov, *Low overhead path regeneration*, 2016, the depth-sorted queue.
 
 use std::fmt::Debug;
+
+use super::TileGrid;
 
 /// Largest key of a measured order; larger ones count as this.
 pub const MAX_KEY: u32 = (1 << crate::control::KEY_BITS) - 1;
@@ -31,24 +35,27 @@ pub enum OrderRule<'a> {
 ///
 /// Must: visit every tile of a pass exactly once; give the same answer on both faces.
 pub trait TileFormula: Debug + Send + Sync {
-    /// WGSL that declares `fn wf_tile_at(pass_index: u32, position: u32) -> u32`; `wf_control.tiles` holds the number of tiles.
+    /// WGSL that declares `fn wf_tile_at(pass_index: u32, position: u32) -> u32`; `wf_control.tiles` holds the number of tiles,
+    /// `wf_control.work.z` that of their columns (0: no grid, the same as 1).
     fn wgsl(&self) -> String;
 
     /// The same on the host.
-    fn tile_at(&self, pass_index: u32, position: u32, tiles: u32) -> u32;
+    fn tile_at(&self, pass_index: u32, position: u32, grid: TileGrid) -> u32;
 }
 
 /// A key per tile; the largest goes first.
 ///
-/// Must: give the same answer on both faces. May: be called for tiles that still run, with what they took so far. The first pass has no
-/// keys and follows the numbers of the tiles.
+/// Must: give the same answer on both faces; give at least 1. May: be called for tiles that still run, with what they took so far and
+/// nothing remembered; such a tile counts with the larger of that and its remembered key. The first pass has no keys and follows the
+/// numbers of the tiles.
 pub trait TileMeasure: Debug + Send + Sync {
-    /// WGSL that declares `fn wf_tile_key(steps: u32, lane_steps: u32, items: u32) -> u32`: steps of the tile, sum of its live lanes over
-    /// them (and, while it runs, over the coming step), its items.
+    /// WGSL that declares `fn wf_tile_key(remembered: u32, steps: u32, lane_steps: u32, items: u32) -> u32`: the key that the tile had
+    /// when it began, 0 when it had none; steps of the tile; sum of its live lanes over them (and, while it runs, over the coming step);
+    /// its items.
     fn wgsl(&self) -> String;
 
     /// The same on the host.
-    fn key(&self, steps: u32, lane_steps: u32, items: u32) -> u32;
+    fn key(&self, remembered: u32, steps: u32, lane_steps: u32, items: u32) -> u32;
 }
 
 /// As the work source numbers them: rows of an image from the top.
@@ -70,8 +77,57 @@ impl TileFormula for Scanline {
         "fn wf_tile_at(pass_index: u32, position: u32) -> u32 { return position; }\n".into()
     }
 
-    fn tile_at(&self, _pass_index: u32, position: u32, _tiles: u32) -> u32 {
+    fn tile_at(&self, _pass_index: u32, position: u32, _grid: TileGrid) -> u32 {
         position
+    }
+}
+
+/// Along the Z-shaped curve over the grid of tiles, so that tiles in flight together lie close together. Without a grid: scanline.
+/// Source: Morton, *A computer oriented geodetic data base and a new technique in file sequencing*, 1966.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Morton;
+
+impl TileOrder for Morton {
+    fn name(&self) -> &str {
+        "morton"
+    }
+
+    fn rule(&self) -> OrderRule<'_> {
+        OrderRule::Formula(self)
+    }
+}
+
+impl TileFormula for Morton {
+    fn wgsl(&self) -> String {
+        include_str!("morton.wgsl").into()
+    }
+
+    fn tile_at(&self, _pass_index: u32, position: u32, grid: TileGrid) -> u32 {
+        let (columns, rows) = (u64::from(grid.columns()), u64::from(grid.rows()));
+        // Tiles of the square at a corner, in all rows but a shorter last one, and in that.
+        let short = u64::from(grid.tiles()) % columns;
+        let whole_rows = u64::from(grid.tiles()) / columns;
+        let in_square = |[x, y]: [u64; 2], side: u64| {
+            let wide = columns.saturating_sub(x).min(side) * whole_rows.saturating_sub(y).min(side);
+            let rest = if (y..y + side).contains(&whole_rows) { short.saturating_sub(x).min(side) } else { 0 };
+            wide + rest
+        };
+        let mut side = columns.max(rows).next_power_of_two();
+        let mut corner = [0; 2];
+        let mut left = u64::from(position);
+        while side > 1 {
+            side /= 2;
+            for quarter in 0..4 {
+                let at = [corner[0] + quarter % 2 * side, corner[1] + quarter / 2 * side];
+                let tiles = in_square(at, side);
+                if left < tiles {
+                    corner = at;
+                    break;
+                }
+                left -= tiles;
+            }
+        }
+        (corner[1] * columns + corner[0]) as u32
     }
 }
 
@@ -91,10 +147,10 @@ impl TileOrder for DepthMax {
 
 impl TileMeasure for DepthMax {
     fn wgsl(&self) -> String {
-        "fn wf_tile_key(steps: u32, lane_steps: u32, items: u32) -> u32 { return steps; }\n".into()
+        "fn wf_tile_key(remembered: u32, steps: u32, lane_steps: u32, items: u32) -> u32 { return steps; }\n".into()
     }
 
-    fn key(&self, steps: u32, _lane_steps: u32, _items: u32) -> u32 {
+    fn key(&self, _remembered: u32, steps: u32, _lane_steps: u32, _items: u32) -> u32 {
         steps
     }
 }
@@ -115,10 +171,80 @@ impl TileOrder for DepthMean {
 
 impl TileMeasure for DepthMean {
     fn wgsl(&self) -> String {
-        "fn wf_tile_key(steps: u32, lane_steps: u32, items: u32) -> u32 { return lane_steps * 4u / items; }\n".into()
+        "fn wf_tile_key(remembered: u32, steps: u32, lane_steps: u32, items: u32) -> u32 { return lane_steps * 4u / items; }\n".into()
     }
 
-    fn key(&self, _steps: u32, lane_steps: u32, items: u32) -> u32 {
+    fn key(&self, _remembered: u32, _steps: u32, lane_steps: u32, items: u32) -> u32 {
         lane_steps.wrapping_mul(4) / items.max(1)
+    }
+}
+
+/// Tiles with the longest walk first, averaged over passes: in quarters of a step, a new pass counts for a quarter and all earlier ones
+/// for the rest. One lucky walk of one pass moves a tile less than under [`DepthMax`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DepthDecayed;
+
+impl TileOrder for DepthDecayed {
+    fn name(&self) -> &str {
+        "depth-decayed"
+    }
+
+    fn rule(&self) -> OrderRule<'_> {
+        OrderRule::Measured(self)
+    }
+}
+
+impl TileMeasure for DepthDecayed {
+    fn wgsl(&self) -> String {
+        format!(
+            "fn wf_tile_key(remembered: u32, steps: u32, lane_steps: u32, items: u32) -> u32 {{\n    \
+             let latest = min(steps, {MAX_KEY}u) * 4u;\n    \
+             return select((remembered * 3u + latest + 2u) / 4u, latest, remembered == 0u);\n}}\n"
+        )
+    }
+
+    fn key(&self, remembered: u32, steps: u32, _lane_steps: u32, _items: u32) -> u32 {
+        let latest = steps.min(MAX_KEY) * 4;
+        if remembered == 0 { latest } else { (remembered * 3 + latest + 2) / 4 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Kills: a curve that leaves a grid which is not a square of a power of two, that leaves out tiles of a shorter last row, or that is
+    /// no curve at all.
+    #[test]
+    fn morton_visits_every_tile_of_any_grid_once() {
+        for columns in 0..20 {
+            for tiles in 1..120 {
+                let grid = TileGrid::new(tiles, columns);
+                let mut tiles_seen: Vec<u32> = (0..tiles).map(|position| Morton.tile_at(3, position, grid)).collect();
+                // Two columns are visited in pairs, which is row by row.
+                assert_eq!(tiles_seen.is_sorted(), grid.columns() <= 2 || grid.rows() == 1, "{grid:?}: {tiles_seen:?}");
+                tiles_seen.sort_unstable();
+                assert!(tiles_seen.into_iter().eq(0..tiles), "{grid:?}");
+            }
+        }
+        let order =
+            |tiles, columns| (0..tiles).map(|position| Morton.tile_at(0, position, TileGrid::new(tiles, columns))).collect::<Vec<_>>();
+        assert_eq!(order(16, 4), [0, 1, 4, 5, 2, 3, 6, 7, 8, 9, 12, 13, 10, 11, 14, 15]);
+        assert_eq!(order(11, 3), [0, 1, 3, 4, 2, 5, 6, 7, 9, 10, 8]);
+        assert_eq!(order(5, 0), [0, 1, 2, 3, 4]);
+        // The curve of a large grid ends in its last tile.
+        let large = TileGrid::new(u32::MAX, 1 << 16);
+        assert_eq!(Morton.tile_at(0, u32::MAX - 1, large), u32::MAX - 1);
+    }
+
+    /// Kills: a first measurement averaged with nothing; a mean that never reaches what it is the mean of; a product that overflows.
+    #[test]
+    fn a_decayed_key_follows_the_steps() {
+        assert_eq!(DepthDecayed.key(0, 10, 0, 0), 40);
+        assert_eq!(DepthDecayed.key(40, 10, 0, 0), 40);
+        assert_eq!(DepthDecayed.key(40, 30, 0, 0), 60);
+        let settle = |from: u32| (0..40).fold(from, |key, _| DepthDecayed.key(key, 20, 0, 0));
+        assert!(settle(1000).abs_diff(80) <= 2 && settle(4).abs_diff(80) <= 2);
+        assert!(DepthDecayed.key(MAX_KEY, u32::MAX, 0, 0) >= MAX_KEY);
     }
 }

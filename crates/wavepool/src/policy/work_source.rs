@@ -18,7 +18,8 @@ pub trait WorkSource: Debug + Send + Sync {
     /// Pixels per pass: one more than the largest number that [`pixel`](Self::pixel) returns.
     fn pixels(&self) -> u32;
 
-    /// Four words that the device face finds in `wf_control.work`, so that sizes need no new kernels.
+    /// Four words that the device face finds in `wf_control.work`, so that sizes need no new kernels. The third is the number of tile
+    /// columns, for orders that follow a grid; 0 where there is none.
     fn parameters(&self) -> [u32; 4];
 
     /// WGSL that declares `fn wf_tile_pixel(tile: u32, index: u32) -> u32` (`0xffffffffu` where a tile has no item),
@@ -27,6 +28,40 @@ pub trait WorkSource: Debug + Send + Sync {
 
     /// The pixel of place `index` (0 to 255) in `tile`; `None` where the tile has no item.
     fn pixel(&self, tile: u32, index: u32) -> Option<u32>;
+}
+
+/// How the tiles of a pass lie: in rows of equal length, of which the last may be shorter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct TileGrid {
+    tiles: u32,
+    columns: u32,
+}
+
+impl TileGrid {
+    /// So many tiles in so many columns, which are brought to 1 at least and a single row at most.
+    pub fn new(tiles: u32, columns: u32) -> Self {
+        TileGrid { tiles, columns: columns.clamp(1, tiles.max(1)) }
+    }
+
+    /// The grid of a work source.
+    pub fn of(source: &dyn WorkSource) -> Self {
+        TileGrid::new(source.tiles(), source.parameters()[2])
+    }
+
+    /// Tiles.
+    pub fn tiles(self) -> u32 {
+        self.tiles
+    }
+
+    /// Tiles per row, at least 1.
+    pub fn columns(self) -> u32 {
+        self.columns
+    }
+
+    /// Rows, the shorter one included.
+    pub fn rows(self) -> u32 {
+        self.tiles.div_ceil(self.columns)
+    }
 }
 
 /// An image in tiles of 16x16 pixels; `item.pixel` is `y * width + x`, row 0 at the top. Tiles at the right and lower edge may be

@@ -12,7 +12,11 @@ mod queue;
 pub use occupancy::{Occupancy, WIDTHS};
 use queue::Queue;
 
-use crate::{Schedule, layout::BLOCK, policy::WorkSource};
+use crate::{
+    Schedule,
+    layout::BLOCK,
+    policy::{TileGrid, WorkSource},
+};
 
 /// How many steps each walk takes.
 ///
@@ -82,6 +86,8 @@ struct Block {
     /// The step the tile began in, from 1.
     birth: u32,
     items: u32,
+    /// The key that was remembered of the tile when it began.
+    remembered: u32,
     /// Live lanes summed over the steps so far, the coming one included.
     lane_steps: u32,
     /// Steps left per lane.
@@ -93,7 +99,7 @@ pub fn replay(schedule: &Schedule, source: &dyn WorkSource, passes: u32, pool_bl
     let mut state = State {
         pool: (0..pool_blocks.max(1)).map(|_| None).collect(),
         outstanding: vec![source.tiles(); ring.max(1) as usize],
-        queue: Queue::new(schedule.order.rule(), source.tiles()),
+        queue: Queue::new(schedule.order.rule(), TileGrid::of(source)),
         resolved: 0,
         step: 0,
     };
@@ -151,7 +157,8 @@ impl State<'_> {
             // The tick counts the coming step before it hands out tiles.
             let birth = self.step + 1;
             report.assignments.push(Assignment { step: birth, block: block as u32, pass_index, tile });
-            *slot = Some(Block { pass_index, tile, birth, items, lane_steps: items, left });
+            let remembered = self.queue.remembered(tile);
+            *slot = Some(Block { pass_index, tile, birth, items, remembered, lane_steps: items, left });
         }
     }
 

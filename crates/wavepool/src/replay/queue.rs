@@ -3,11 +3,12 @@
 use super::Block;
 use crate::{
     control::KEY_BITS,
-    policy::{MAX_KEY, OrderRule},
+    policy::{MAX_KEY, OrderRule, TileGrid},
 };
 
 pub(super) struct Queue<'a> {
     rule: OrderRule<'a>,
+    grid: TileGrid,
     tiles: u32,
     next_pass: u32,
     next_position: u32,
@@ -18,8 +19,9 @@ pub(super) struct Queue<'a> {
 }
 
 impl<'a> Queue<'a> {
-    pub(super) fn new(rule: OrderRule<'a>, tiles: u32) -> Self {
-        Queue { rule, tiles, next_pass: 0, next_position: 0, current: (0..tiles).collect(), estimates: vec![0; tiles as usize] }
+    pub(super) fn new(rule: OrderRule<'a>, grid: TileGrid) -> Self {
+        let tiles = grid.tiles();
+        Queue { rule, grid, tiles, next_pass: 0, next_position: 0, current: (0..tiles).collect(), estimates: vec![0; tiles as usize] }
     }
 
     /// Tiles of the first `passes` passes that nobody has taken.
@@ -27,16 +29,21 @@ impl<'a> Queue<'a> {
         u64::from(passes - self.next_pass) * u64::from(self.tiles) - u64::from(self.next_position)
     }
 
-    fn key(&self, block: &Block, step: u32) -> u32 {
+    /// The key remembered of a tile; 0 when there is none.
+    pub(super) fn remembered(&self, tile: u32) -> u32 {
+        self.estimates[tile as usize] & MAX_KEY
+    }
+
+    fn key(&self, remembered: u32, block: &Block, step: u32) -> u32 {
         match self.rule {
             OrderRule::Formula(_) => 0,
-            OrderRule::Measured(measure) => measure.key(step + 1 - block.birth, block.lane_steps, block.items).min(MAX_KEY),
+            OrderRule::Measured(measure) => measure.key(remembered, step + 1 - block.birth, block.lane_steps, block.items).min(MAX_KEY),
         }
     }
 
     /// Remembers what a tile took; of several passes of a tile the latest counts.
     pub(super) fn tile_ended(&mut self, block: &Block, step: u32) {
-        let entry = block.pass_index << KEY_BITS | self.key(block, step);
+        let entry = block.pass_index << KEY_BITS | self.key(block.remembered, block, step);
         let estimate = &mut self.estimates[block.tile as usize];
         *estimate = entry.max(*estimate);
     }
@@ -49,7 +56,7 @@ impl<'a> Queue<'a> {
             .map(|place| {
                 let (pass_index, position) = (self.next_pass + place / self.tiles, place % self.tiles);
                 let tile = match self.rule {
-                    OrderRule::Formula(formula) => formula.tile_at(pass_index, position, self.tiles),
+                    OrderRule::Formula(formula) => formula.tile_at(pass_index, position, self.grid),
                     OrderRule::Measured(_) if place < self.tiles => self.current[position as usize],
                     OrderRule::Measured(_) => next[position as usize],
                 };
@@ -67,10 +74,10 @@ impl<'a> Queue<'a> {
 
     /// All tiles, largest key first.
     fn sorted<'b>(&self, running: impl Iterator<Item = &'b Block>, step: u32) -> Vec<u32> {
-        let mut keys: Vec<u32> = self.estimates.iter().map(|estimate| estimate & MAX_KEY).collect();
+        let mut keys: Vec<u32> = (0..self.tiles).map(|tile| self.remembered(tile)).collect();
         for block in running {
             let key = &mut keys[block.tile as usize];
-            *key = self.key(block, step).max(*key);
+            *key = self.key(0, block, step).max(*key);
         }
         let mut order: Vec<u32> = (0..self.tiles).collect();
         order.sort_by_key(|tile| std::cmp::Reverse(keys[*tile as usize]));

@@ -1,0 +1,181 @@
+//! Made-up workloads: how many tiles, how long each walk, under which schedule.
+//!
+//! Key decision: a workload is drawn from its number by a small generator of its own, so that a failure is told by one number and can be
+//! run again by itself.
+
+use wavepool::{
+    ImageTiles, LinearRange, Schedule,
+    policy::{BlockInPlace, DepthDecayed, DepthMax, DepthMean, Morton, Scanline, WorkSource},
+    replay::{Replay, replay},
+};
+
+/// Orders of tiles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Order {
+    Scanline,
+    Morton,
+    DepthMax,
+    DepthMean,
+    DepthDecayed,
+}
+
+impl Order {
+    pub(crate) const ALL: [Order; 5] = [Order::Scanline, Order::Morton, Order::DepthMax, Order::DepthMean, Order::DepthDecayed];
+
+    pub(crate) fn is_measured(self) -> bool {
+        !matches!(self, Order::Scanline | Order::Morton)
+    }
+
+    fn apply(self, schedule: Schedule) -> Schedule {
+        match self {
+            Order::Scanline => schedule.with_order(Scanline),
+            Order::Morton => schedule.with_order(Morton),
+            Order::DepthMax => schedule.with_order(DepthMax),
+            Order::DepthMean => schedule.with_order(DepthMean),
+            Order::DepthDecayed => schedule.with_order(DepthDecayed),
+        }
+    }
+}
+
+/// How the lengths of walks are distributed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Lengths {
+    Constant,
+    Geometric,
+    HeavyTail,
+    OneStraggler,
+    AllOnes,
+    /// Tiles differ, walks of a tile hardly do.
+    ByTile,
+}
+
+pub(crate) const LENGTHS: [Lengths; 6] =
+    [Lengths::Constant, Lengths::Geometric, Lengths::HeavyTail, Lengths::OneStraggler, Lengths::AllOnes, Lengths::ByTile];
+
+/// One workload under one schedule.
+#[derive(Clone, Debug)]
+pub(crate) struct Workload {
+    pub(crate) number: u64,
+    pub(crate) order: Order,
+    /// Threshold and interval of checks; `None` is `never`.
+    pub(crate) block: Option<(f32, u32)>,
+    pub(crate) columns: u32,
+    pub(crate) pool: u32,
+    pub(crate) ring: u32,
+    pub(crate) passes: u32,
+    pub(crate) kind: Lengths,
+    source: Source,
+    /// By pass, then by tile.
+    lengths: Vec<Vec<[u32; 256]>>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Source {
+    Image(ImageTiles),
+    Range(LinearRange),
+}
+
+/// A sequence of numbers that looks random: splitmix64 of Steele, Lea and Flood, 2014.
+pub(crate) struct Draws(pub(crate) u64);
+
+impl Draws {
+    pub(crate) fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ z >> 31
+    }
+
+    /// From `low` to `high`, both included.
+    pub(crate) fn between(&mut self, low: u32, high: u32) -> u32 {
+        low + (self.next() % u64::from(high - low + 1)) as u32
+    }
+
+    fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn one_of<T: Copy>(&mut self, choices: &[T]) -> T {
+        choices[(self.next() % choices.len() as u64) as usize]
+    }
+}
+
+impl Workload {
+    /// The workload of this number under an order, with or without regeneration.
+    pub(crate) fn draw(number: u64, order: Order, regenerates: bool) -> Self {
+        let draws = &mut Draws(number << 8 | (order as u64) << 1 | u64::from(regenerates));
+        let source = if draws.between(0, 2) > 0 {
+            Source::Image(ImageTiles { width: draws.between(1, 70), height: draws.between(1, 70) })
+        } else {
+            Source::Range(LinearRange { count: draws.between(1, 11 * 256) })
+        };
+        let (tiles, columns) = match source {
+            Source::Image(image) => (image.width.div_ceil(16) * image.height.div_ceil(16), image.width.div_ceil(16)),
+            Source::Range(range) => (range.count.div_ceil(256), 1),
+        };
+        let pool = match draws.between(0, 3) {
+            0 => 1,
+            1 => draws.between(1, tiles),
+            2 => draws.between(2, 5),
+            _ => draws.between(tiles, 3 * tiles + 2),
+        };
+        let (ring, passes) = (draws.between(1, 6), draws.between(1, 6));
+        let kind = draws.one_of(&LENGTHS);
+        let lengths = (0..passes).map(|_| (0..tiles).map(|tile| lengths_of(kind, source, tile, draws)).collect()).collect();
+        let thresholds = [0.0, 1.0 / 256.0, 0.25, 0.5, 1.0, 2.0, 15.0];
+        let block = regenerates.then(|| (draws.one_of(&thresholds), draws.between(1, 4)));
+        Workload { number, order, block, columns, pool, ring, passes, kind, source, lengths }
+    }
+
+    pub(crate) fn tiles(&self) -> u32 {
+        self.lengths[0].len() as u32
+    }
+
+    pub(crate) fn lengths(&self, pass_index: u32, tile: u32) -> &[u32; 256] {
+        &self.lengths[pass_index as usize][tile as usize]
+    }
+
+    /// What the library makes of it.
+    pub(crate) fn replay(&self) -> Replay {
+        let schedule = match self.block {
+            Some((threshold, check_every)) => Schedule::block().with_regeneration(BlockInPlace::new(threshold, check_every)),
+            None => Schedule::never(),
+        };
+        let source: &dyn WorkSource = match &self.source {
+            Source::Image(image) => image,
+            Source::Range(range) => range,
+        };
+        let lengths = |pass_index: u32, tile: u32, lengths: &mut [u32; 256]| *lengths = *self.lengths(pass_index, tile);
+        replay(&self.order.apply(schedule), source, self.passes, self.pool, self.ring, &lengths)
+    }
+
+    /// How a failure is told.
+    pub(crate) fn name(&self) -> String {
+        let Workload { number, order, block, pool, ring, passes, kind, source, .. } = self;
+        format!("workload {number}: {order:?}, block {block:?}, {pool} blocks, ring {ring}, {passes} passes, {kind:?}, {source:?}")
+    }
+}
+
+fn lengths_of(kind: Lengths, source: Source, tile: u32, draws: &mut Draws) -> [u32; 256] {
+    let of_tile = draws.between(1, 24);
+    let straggler = draws.between(0, 255) as usize;
+    let mut lengths = [0; 256];
+    for (index, length) in lengths.iter_mut().enumerate() {
+        let there = match source {
+            Source::Image(image) => image.pixel(tile, index as u32).is_some(),
+            Source::Range(range) => range.pixel(tile, index as u32).is_some(),
+        };
+        let drawn = match kind {
+            Lengths::Constant => 7,
+            Lengths::Geometric => 1 + (draws.unit().ln() / 0.8_f64.ln()) as u32,
+            Lengths::HeavyTail => draws.unit().max(1e-6).powf(-0.6) as u32,
+            Lengths::OneStraggler if index == straggler && tile == 0 => 1100,
+            Lengths::OneStraggler => 2,
+            Lengths::AllOnes => 1,
+            Lengths::ByTile => of_tile + draws.between(0, 1),
+        };
+        *length = if there { drawn.max(1) } else { 0 };
+    }
+    lengths
+}
