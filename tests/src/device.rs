@@ -96,6 +96,9 @@ pub fn run(gpu: &GpuContext, program: &Program, source: impl WorkSource + 'stati
 /// # Panics
 /// When the library reports an error.
 pub fn scheduler(gpu: &GpuContext, program: &Program, source: impl WorkSource + 'static, schedule: &Schedule) -> Scheduler {
-    Scheduler::new(&gpu.device, &gpu.queue, program, source, schedule)
+    Scheduler::builder(program, source)
+        .schedule(schedule)
+        .cache(&gpu.cache)
+        .build(&gpu.device, &gpu.queue)
         .unwrap_or_else(|error| panic!("{}, {schedule}: {error}", program.name()))
 }

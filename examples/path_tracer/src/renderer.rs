@@ -5,7 +5,10 @@
 
 use std::ops::ControlFlow;
 
-use wavepool::{Film, GpuContext, ImageTiles, Program, Progress, Report, Resources, Schedule, Scheduler, shader::SourceModule, wgpu};
+use wavepool::{
+    Film, GpuContext, ImageTiles, Instruments, KernelCache, Program, Progress, Report, Resources, Schedule, Scheduler, profile::Statistics,
+    shader::SourceModule, wgpu,
+};
 
 use crate::{
     Error,
@@ -34,6 +37,8 @@ pub struct Settings {
     pub light_strategy: LightStrategy,
     /// The camera; the scene's first one when `None`.
     pub camera: Option<Camera>,
+    /// What to observe; the image does not depend on it.
+    pub instruments: Instruments,
 }
 
 impl Default for Settings {
@@ -48,6 +53,7 @@ impl Default for Settings {
             schedule: Schedule::block(),
             light_strategy: LightStrategy::Mis,
             camera: None,
+            instruments: Instruments::default(),
         }
     }
 }
@@ -89,21 +95,32 @@ impl Renderer {
     /// # Errors
     /// [`Error`] of the packing (a limit of the buffers) or of the scheduler.
     pub fn new(gpu: &GpuContext, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
-        Self::on(&gpu.device, &gpu.queue, scene, settings)
+        Self::on(&gpu.device, &gpu.queue, &gpu.cache, scene, settings)
     }
 
-    /// As [`new`](Self::new), on a borrowed device.
+    /// As [`new`](Self::new), on a borrowed device; kernels that `cache` holds are not compiled again.
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn on(device: &wgpu::Device, queue: &wgpu::Queue, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
+    pub fn on(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        cache: &KernelCache,
+        scene: &Scene,
+        settings: &Settings,
+    ) -> Result<Self, Error> {
         let limits = device.limits();
         let binding_limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let packed = pack(scene, settings, binding_limit)?;
         let program = program_of(&packed)?;
         let resources = upload(device, &packed)?;
         let source = ImageTiles { width: settings.width, height: settings.height };
-        let mut scheduler = Scheduler::with_resources(device, queue, &program, source, &settings.schedule, &resources)?;
+        let mut scheduler = Scheduler::builder(&program, source)
+            .schedule(&settings.schedule)
+            .resources(&resources)
+            .instruments(settings.instruments)
+            .cache(cache)
+            .build(device, queue)?;
         scheduler.set_seed(settings.seed);
         Ok(Renderer { scheduler, settings: settings.clone(), warnings: packed.facts.warnings })
     }
@@ -129,6 +146,19 @@ impl Renderer {
     /// The scheduler, for its plan, layout and WGSL.
     pub fn scheduler(&self) -> &Scheduler {
         &self.scheduler
+    }
+
+    /// Everything that is known about a rendering.
+    ///
+    /// # Errors
+    /// Those of [`Scheduler::statistics`].
+    pub fn statistics(&self, rendering: &Rendering) -> Result<Statistics, Error> {
+        Ok(self.scheduler.statistics(&rendering.report)?)
+    }
+
+    /// The scheduler itself, to run it step by step.
+    pub fn scheduler_mut(&mut self) -> &mut Scheduler {
+        &mut self.scheduler
     }
 
     /// Renders all samples; `observe` sees the progress and may stop, which leaves complete samples in the film.
