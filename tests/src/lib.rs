@@ -5,5 +5,6 @@
 pub mod border;
 pub mod device;
 pub mod kernels;
+pub mod memory;
 pub mod programs;
 pub mod traps;

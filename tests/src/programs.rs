@@ -2,11 +2,11 @@
 
 use wavepool::Program;
 
-use crate::{border, traps};
+use crate::{border, memory, traps};
 
 /// Every program of this module.
 pub fn all() -> Vec<fn() -> Program> {
-    vec![collatz, hops, border::program, enclosure, identity_sum, not_finite, || trap(&traps::TRAPS[0])]
+    vec![collatz, hops, border::program, enclosure, identity_sum, not_finite, memory::relay, || trap(&traps::TRAPS[0])]
 }
 
 fn build(name: &str, wgsl: String, stages: &[&str]) -> Program {

@@ -7,6 +7,7 @@
 
 mod leaves;
 mod planes;
+mod sharing;
 
 pub use leaves::{Leaf, Scalar};
 pub(crate) use leaves::{MOST_LEAVES, flatten, leaf_count};

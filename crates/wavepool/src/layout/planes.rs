@@ -6,7 +6,10 @@
 //!
 //! **Invariant:** a kernel never uses a leaf that it neither loaded nor wrote; filling the others with garbage changes nothing.
 
-use super::{BLOCK, Leaf};
+use super::{
+    BLOCK, Leaf,
+    sharing::{most_live, share},
+};
 use crate::{
     policy::RouletteScope,
     shader::{Interface, LeafSet, Summary, Written, join_alternatives, then},
@@ -45,12 +48,24 @@ pub struct Layout {
     pub generate: LeafSet,
     /// In the order of the stages.
     pub kernels: Vec<KernelTraffic>,
+    unshared: u32,
+    least: u32,
 }
 
 impl Layout {
     /// 32-bit planes per block, the flag included.
     pub fn planes(&self) -> u32 {
-        1 + self.plane_of.iter().flatten().count() as u32
+        1 + self.plane_of.iter().flatten().max().copied().unwrap_or(0)
+    }
+
+    /// Planes that there would be if each leaf had one of its own.
+    pub fn planes_unshared(&self) -> u32 {
+        self.unshared
+    }
+
+    /// Fewer planes are impossible: what is kept at the busiest border of stages.
+    pub fn planes_at_least(&self) -> u32 {
+        self.least
     }
 
     /// Bytes of state per lane.
@@ -68,6 +83,12 @@ impl Layout {
         let mut kept = LeafSet::default();
         self.plane_of.iter().enumerate().filter(|(_, plane)| plane.is_some()).for_each(|(leaf, _)| kept.insert(leaf));
         kept
+    }
+
+    /// Planes of leaves in which `generate` leaves nothing.
+    pub(crate) fn planes_not_born(&self) -> Vec<u32> {
+        let born = |plane: &u32| self.generate.iter().any(|leaf| self.plane_of[leaf] == Some(*plane));
+        (1..self.planes()).filter(|plane| !born(plane)).collect()
     }
 
     /// The table `leaves x stages`: `r` loaded, `f` loaded when finishing, `k` loaded when killed with the block, `w` stored.
@@ -91,6 +112,10 @@ impl Layout {
         for kernel in &self.kernels {
             let (read, written) = kernel.bytes();
             text.push_str(&format!(" {:>1$}", format!("{read}/{written}"), kernel.stage.len().max(3)));
+        }
+        if self.planes() < self.unshared {
+            let (planes, unshared, least) = (self.planes(), self.unshared, self.least);
+            text.push_str(&format!("\n{planes} planes; {unshared} without sharing, {least} at the busiest border"));
         }
         text
     }
@@ -132,7 +157,7 @@ fn kernel_summary(stage: &Summary, roulette: Option<(&Summary, &Summary)>) -> Su
 }
 
 /// Lays out the state of a program under roulette of the given scope, or none.
-pub(crate) fn lay_out(interface: &Interface, scope: Option<RouletteScope>) -> Layout {
+pub(crate) fn lay_out(interface: &Interface, scope: Option<RouletteScope>, is_sharing: bool) -> Layout {
     let roulette = interface.survival.as_ref().zip(interface.reweight.as_ref());
     let last = interface.stages.len().saturating_sub(1);
     let is_by_block = matches!(scope, Some(RouletteScope::Block(_)));
@@ -203,15 +228,11 @@ pub(crate) fn lay_out(interface: &Interface, scope: Option<RouletteScope>) -> La
         kept = kept.union(&load).union(&load_late).union(&load_killed);
         traffic.push(KernelTraffic { stage: interface.stages[index].name.clone(), load, load_late, load_killed, store });
     }
-    let mut next = 1;
-    let plane_of = (0..interface.leaves.len())
-        .map(|leaf| {
-            kept.contains(leaf).then(|| {
-                next += 1;
-                next - 1
-            })
-        })
-        .collect();
+    let cells: Vec<usize> = kept.iter().collect();
+    let planes = if is_sharing { share(&cells, &live_in) } else { (0..cells.len() as u32).collect() };
+    let mut plane_of = vec![None; interface.leaves.len()];
+    cells.iter().zip(planes).for_each(|(leaf, plane)| plane_of[*leaf] = Some(1 + plane));
     let generate = live_in.first().cloned().unwrap_or_default();
-    Layout { leaves: interface.leaves.clone(), plane_of, generate, kernels: traffic }
+    let (unshared, least) = (1 + cells.len() as u32, 1 + most_live(&cells, &live_in));
+    Layout { leaves: interface.leaves.clone(), plane_of, generate, kernels: traffic, unshared, least }
 }

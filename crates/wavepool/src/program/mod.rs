@@ -31,6 +31,7 @@ pub struct Program {
     roots: Vec<SourceModule>,
     library: Vec<SourceModule>,
     interface: Interface,
+    is_sharing: bool,
 }
 
 /// Collects the parts of a [`Program`].
@@ -40,6 +41,7 @@ pub struct ProgramBuilder {
     names: Names,
     roots: Vec<SourceModule>,
     library: Vec<SourceModule>,
+    is_sharing: bool,
 }
 
 impl Program {
@@ -75,6 +77,7 @@ impl Program {
             },
             roots: Vec::new(),
             library: wavepool_shaders::MATH.iter().map(|module| library_module("wavepool", module)).collect(),
+            is_sharing: true,
         }
     }
 
@@ -95,7 +98,7 @@ impl Program {
 
     /// What is kept where, and who moves it; it depends on who shares a draw of roulette, if there is any.
     pub fn layout(&self, roulette: Option<RouletteScope>) -> Layout {
-        lay_out(&self.interface, roulette.filter(|_| self.has_roulette()))
+        lay_out(&self.interface, roulette.filter(|_| self.has_roulette()), self.is_sharing)
     }
 
     /// What a stage reads and writes, by name.
@@ -199,12 +202,18 @@ impl ProgramBuilder {
         self
     }
 
+    /// Lets leaves that are never needed at the same border of stages share a plane; the default. It changes no result, only bytes.
+    pub fn share_planes(mut self, is_sharing: bool) -> Self {
+        self.is_sharing = is_sharing;
+        self
+    }
+
     /// Checks everything that needs no device: imports, signatures, the rules of a stage, resources.
     ///
     /// # Errors
     /// [`Error::Shader`] with file, line and caret for each mistake.
     pub fn build(self) -> Result<Program> {
-        let ProgramBuilder { name, names, roots, library } = self;
+        let ProgramBuilder { name, names, roots, library, is_sharing } = self;
         if names.stages.is_empty() {
             return Err(Error::Shader(vec![Diagnostic::nowhere(format!("program `{name}` has no stage: name one with `stage`"))]));
         }
@@ -214,6 +223,6 @@ impl ProgramBuilder {
         }
         let composition = composition(&roots, &library, &default_source()).map_err(Error::Shader)?;
         let interface = inspect(&composition, &names).map_err(Error::Shader)?;
-        Ok(Program { name, names, roots, library, interface })
+        Ok(Program { name, names, roots, library, interface, is_sharing })
     }
 }

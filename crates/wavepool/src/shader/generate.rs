@@ -215,6 +215,14 @@ fn poison_state(glue: &Glue, spared: &LeafSet, out: &mut String) {
     }
 }
 
+/// Fills planes in which a new walk keeps nothing with the poison word, when asked.
+fn poison_planes(glue: &Glue, out: &mut String) {
+    let Some(word) = glue.poison else { return };
+    for plane in glue.layout.planes_not_born() {
+        let _ = writeln!(out, "    wf_bank[wf_base + {}u] = {word:#x}u;", plane * BLOCK);
+    }
+}
+
 fn generate_kernel(glue: &Glue, out: &mut String) {
     let _ = write!(
         out,
@@ -236,11 +244,7 @@ fn generate_kernel(glue: &Glue, out: &mut String) {
         glue.names.generate
     );
     store(glue, &glue.layout.generate, out);
-    if let Some(word) = glue.poison {
-        for leaf in glue.layout.kept().difference(&glue.layout.generate).iter() {
-            let _ = writeln!(out, "    wf_bank[wf_base + {}u] = {word:#x}u;", glue.layout.plane_of[leaf].unwrap_or(0) * BLOCK);
-        }
-    }
+    poison_planes(glue, out);
     out.push_str("}\n");
 }
 
