@@ -6,7 +6,7 @@ use crate::{border, memory, traps};
 
 /// Every program of this module.
 pub fn all() -> Vec<fn() -> Program> {
-    vec![collatz, hops, border::program, enclosure, identity_sum, not_finite, memory::relay, || trap(&traps::TRAPS[0])]
+    vec![collatz, hops, border::program, enclosure, identity_sum, not_finite, memory::relay, memory::packed, || trap(&traps::TRAPS[0])]
 }
 
 fn build(name: &str, wgsl: String, stages: &[&str]) -> Program {

@@ -189,6 +189,7 @@ impl Scheduler {
             items_started: self.items_started(control),
             items_killed: counter_64(control.items_killed) + u64::from(snapshot.counters[counters::KILLED as usize]),
             not_finite: u64::from(snapshot.counters[counters::NOT_FINITE as usize]),
+            storage_clamped: u64::from(snapshot.counters[counters::STORAGE_CLAMPED as usize]),
             passes: control.resolved,
             pool_blocks: sizes.pool_blocks,
             ring: sizes.ring,

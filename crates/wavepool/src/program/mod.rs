@@ -8,7 +8,7 @@ use std::borrow::Cow;
 use crate::{
     Result, Schedule,
     error::Error,
-    layout::{Layout, lay_out},
+    layout::{Layout, Storage, cells, lay_out},
     policy::{ImageTiles, RouletteScope, WorkSource},
     shader::{Composition, Diagnostic, Interface, SourceModule, Summary, compose, header, inspect, link},
 };
@@ -42,6 +42,7 @@ pub struct ProgramBuilder {
     roots: Vec<SourceModule>,
     library: Vec<SourceModule>,
     is_sharing: bool,
+    storage: Vec<(String, Storage)>,
 }
 
 impl Program {
@@ -78,6 +79,7 @@ impl Program {
             roots: Vec::new(),
             library: wavepool_shaders::MATH.iter().map(|module| library_module("wavepool", module)).collect(),
             is_sharing: true,
+            storage: Vec::new(),
         }
     }
 
@@ -208,12 +210,21 @@ impl ProgramBuilder {
         self
     }
 
+    /// Keeps a field of the state in a storage format. `field` is a path below the state as in the table: `direction`, `inner.y`,
+    /// `pair[0].y` for one element of an array, `pair[].y` for every element. Formats change values: each goes through its format
+    /// wherever it was written, alike under every schedule; what does not fit counts in [`Report::storage_clamped`](crate::Report).
+    pub fn storage(mut self, field: &str, storage: Storage) -> Self {
+        self.storage.push((field.to_owned(), storage));
+        self
+    }
+
     /// Checks everything that needs no device: imports, signatures, the rules of a stage, resources.
     ///
     /// # Errors
-    /// [`Error::Shader`] with file, line and caret for each mistake.
+    /// [`Error::Shader`] with file, line and caret for each mistake; [`Error::Field`] for a field that does not exist or a format that
+    /// does not go with it.
     pub fn build(self) -> Result<Program> {
-        let ProgramBuilder { name, names, roots, library, is_sharing } = self;
+        let ProgramBuilder { name, names, mut roots, library, is_sharing, storage } = self;
         if names.stages.is_empty() {
             return Err(Error::Shader(vec![Diagnostic::nowhere(format!("program `{name}` has no stage: name one with `stage`"))]));
         }
@@ -221,8 +232,14 @@ impl ProgramBuilder {
             let message = format!("stage `{}` of program `{name}` is named twice: a step runs each stage once", twice.1);
             return Err(Error::Shader(vec![Diagnostic::nowhere(message)]));
         }
+        for format in Storage::ALL.iter().filter(|format| storage.iter().any(|(_, declared)| declared == *format)) {
+            roots.extend(
+                wavepool_shaders::MATH.iter().filter(|module| module.path == format.module()).map(|m| library_module("wavepool", m)),
+            );
+        }
         let composition = composition(&roots, &library, &default_source()).map_err(Error::Shader)?;
-        let interface = inspect(&composition, &names).map_err(Error::Shader)?;
+        let mut interface = inspect(&composition, &names).map_err(Error::Shader)?;
+        interface.cells = cells(&interface.fields, &interface.leaves, &storage)?;
         Ok(Program { name, names, roots, library, interface, is_sharing })
     }
 }
