@@ -6,6 +6,7 @@ pub mod border;
 pub mod covering;
 pub mod device;
 pub mod kernels;
+pub mod memory;
 pub mod moments;
 pub mod programs;
 pub mod traps;

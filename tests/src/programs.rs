@@ -2,11 +2,13 @@
 
 use wavepool::Program;
 
-use crate::{border, traps};
+use crate::{border, memory, traps};
 
 /// Every program of this module.
 pub fn all() -> Vec<fn() -> Program> {
-    vec![collatz, hops, border::program, enclosure, unequal, identity_sum, not_finite, waiting, || trap(&traps::TRAPS[0])]
+    vec![collatz, hops, border::program, enclosure, unequal, identity_sum, not_finite, waiting, memory::relay, memory::packed, || {
+        trap(&traps::TRAPS[0])
+    }]
 }
 
 fn build(name: &str, wgsl: String, stages: &[&str]) -> Program {

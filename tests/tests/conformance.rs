@@ -7,6 +7,8 @@
 mod faults;
 #[path = "conformance/identity.rs"]
 mod identity;
+#[path = "conformance/memory.rs"]
+mod memory;
 #[path = "conformance/pins.rs"]
 mod pins;
 #[path = "conformance/poison.rs"]

@@ -6,6 +6,8 @@
 mod diagnostics;
 #[path = "link/edges.rs"]
 mod edges;
+#[path = "link/fields.rs"]
+mod fields;
 #[path = "link/inference.rs"]
 mod inference;
 #[path = "link/kernels.rs"]

@@ -12,6 +12,14 @@ pub enum Error {
     /// A mistake in the user's WGSL; the text shows file, line and caret.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
     Shader(Vec<Diagnostic>),
+    /// What the program declares about a field of its state does not fit the WGSL.
+    #[error("field `{field}`: {problem}")]
+    Field {
+        /// The path of the field as declared.
+        field: String,
+        /// What is wrong with it, and what exists.
+        problem: String,
+    },
     /// The schedule cannot be carried out as asked.
     #[error("schedule: {0}")]
     Schedule(String),

@@ -8,6 +8,7 @@ use wavepool::{
 };
 use wavepool_tests::{
     device::{gpu, run},
+    memory,
     programs::{collatz, collatz_steps, hops},
 };
 
@@ -103,6 +104,22 @@ fn flights_have_the_same_bits_under_every_schedule() {
     let Some(film) = compare(&hops(), ImageTiles { width: 40, height: 56 }, 5) else { return };
     let mean = (0..film.pixels()).map(|pixel| film.mean(pixel, 0) + film.mean(pixel, 1)).sum::<f64>() / film.pixels() as f64;
     assert!(film.not_finite() == 0 && (0.5..5.0).contains(&mean), "mean {mean}");
+}
+
+/// Kills: a packed field that passes its format in one execution only, or at another place; a cell written in part and stored whole
+/// without having been loaded; a field that `reweight` writes and nobody packs; clamped values counted twice, or counted in garbage.
+#[test]
+fn packed_states_have_the_same_bits_under_every_schedule() {
+    let Some(gpu) = gpu() else { return };
+    let source = ImageTiles { width: 40, height: 56 };
+    let Some(film) = compare(&memory::packed(), source, 3) else { return };
+    assert_eq!(film.not_finite(), 0);
+    let block: Arc<dyn Roulette> = Arc::new(PerBlock(Statistic::Mean));
+    assert!(compare_under(&memory::packed(), source, 3, Some(block)).is_some_and(|(_, report)| report.items_killed > 0));
+    let clamped = |schedule: &Schedule| run(gpu, &memory::packed(), source, 3, schedule).1.storage_clamped;
+    let counts = [Schedule::megakernel(), Schedule::never(), Schedule::block().with_pool_blocks(3).with_poison(0x7fc0_0000)];
+    let counts = counts.map(|schedule| clamped(&schedule));
+    assert!(counts[0] > 500 && counts.iter().all(|count| *count == counts[0]), "clamped: {counts:?}");
 }
 
 /// Kills: a block's draw keyed by its place in the pool or the step of the run; a chance that depends on the order of the lanes; lanes of

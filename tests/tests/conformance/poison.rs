@@ -4,7 +4,7 @@ use wavepool::{ImageTiles, LinearRange, Program, Schedule, policy::WorkSource};
 use wavepool_tests::{
     border,
     device::{gpu, run},
-    programs,
+    memory, programs,
     traps::TRAPS,
 };
 
@@ -21,12 +21,15 @@ fn assert_untouched(program: &Program, source: impl WorkSource + Copy + 'static,
     }
 }
 
-/// Kills: a leaf that is read but not loaded; a leaf that a new tile inherits from the block's last tile.
+/// Kills: a leaf that is read but not loaded; a leaf that a new tile inherits from the block's last tile; poison in a plane that a leaf of
+/// the new walk shares.
 #[test]
 fn poison_never_shows() {
     assert_untouched(&programs::collatz(), LinearRange { count: 1000 }, 2, &POISONS);
     assert_untouched(&programs::hops(), ImageTiles { width: 40, height: 24 }, 3, &POISONS);
     assert_untouched(&border::program(), ImageTiles { width: 33, height: 17 }, 2, &POISONS);
+    assert_untouched(&memory::packed(), LinearRange { count: 1500 }, 2, &POISONS);
+    assert_untouched(&memory::relay(), LinearRange { count: 1500 }, 2, &POISONS);
     assert_untouched(&programs::enclosure(), LinearRange { count: 700 }, 2, &POISONS);
 }
 

@@ -170,6 +170,8 @@ pub struct Report {
     pub items_killed: u64,
     /// Results that were NaN or infinite, counted with value zero.
     pub not_finite: u64,
+    /// Values that a storage format changed by more than rounding.
+    pub storage_clamped: u64,
     /// Passes in the film.
     pub passes: u32,
     /// Blocks of the pool.

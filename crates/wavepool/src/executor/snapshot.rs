@@ -9,7 +9,7 @@ use super::{readback::read_words, run::Run};
 use crate::{
     Result,
     control::{BLOCK_BIRTH, BLOCK_PASS, BLOCK_TILE, Control, NONE},
-    layout::{BLOCK, Leaf, Scalar},
+    layout::{BLOCK, Leaf, Scalar, Storage},
 };
 
 /// A scalar of the state.
@@ -109,15 +109,20 @@ impl Run<'_> {
             let born = of_block(BLOCK_BIRTH, block);
             // The tick has counted the step to come, in which the tiles it has just handed out are born.
             let is_alive = tile.is_some() && born < control.step && words[index] != 0;
-            let value = |leaf: usize, scalar: Scalar| {
-                let plane = self.scheduler.layout.plane_of[leaf].filter(|_| is_alive && generated.contains(leaf))?;
+            let layout = &self.scheduler.layout;
+            let mut values = vec![None; shot.fields.len()];
+            for cell in layout.cells.iter().filter(|cell| is_alive && generated.contains(cell.leaves.start)) {
+                let Some(plane) = layout.plane_of[cell.leaves.start] else { continue };
                 let word = words[plane as usize * BLOCK as usize + index];
-                Some(match scalar {
-                    Scalar::F32 => Value::F32(f32::from_bits(word)),
-                    Scalar::U32 => Value::U32(word),
-                    Scalar::I32 => Value::I32(word as i32),
-                })
-            };
+                for (part, leaf) in cell.leaves.clone().enumerate() {
+                    values[leaf] = Some(match (cell.storage, shot.fields[leaf].scalar) {
+                        (Storage::Word, Scalar::F32) => Value::F32(f32::from_bits(word)),
+                        (Storage::Word, Scalar::U32) => Value::U32(word),
+                        (Storage::Word, Scalar::I32) => Value::I32(word as i32),
+                        (packed, _) => Value::F32(packed.decode(word)[part]),
+                    });
+                }
+            }
             shot.lanes.push(LaneState {
                 lane,
                 block,
@@ -127,7 +132,7 @@ impl Run<'_> {
                 sample: control.first_sample + pass_index,
                 steps: control.step.saturating_sub(born),
                 is_alive,
-                values: shot.fields.iter().enumerate().map(|(leaf, field)| value(leaf, field.scalar)).collect(),
+                values,
             });
         }
         Ok(shot)

@@ -5,13 +5,20 @@
 //!
 //! **Invariant:** a leaf that no kernel reads after another has written it has no plane.
 
+mod cells;
+mod decode;
 mod leaves;
 mod planes;
+mod sharing;
+mod table;
 
+pub use cells::{Cell, Storage};
+pub(crate) use cells::{Field, cells, fields, over_cells};
 pub use leaves::{Leaf, Scalar};
 pub(crate) use leaves::{MOST_LEAVES, flatten, leaf_count};
 pub(crate) use planes::lay_out;
 pub use planes::{KernelTraffic, Layout};
+pub use table::{Moves, Row};
 
 /// Lanes in a block, items in a tile and invocations in a work-group.
 pub const BLOCK: u32 = 256;

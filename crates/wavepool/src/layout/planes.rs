@@ -1,12 +1,15 @@
 //! Which leaves need memory between kernels, and what each kernel loads and stores.
 //!
-//! Key decision: backward liveness over the cycle of stages. A leaf is stored by a kernel only when a later one, perhaps in the next
+//! Key decision: backward liveness over the cycle of stages, cell by cell. A leaf is stored by a kernel only when a later one, perhaps in the next
 //! step, reads it before writing it; it is loaded where it is read first, or where it may stay unwritten and is stored. What only
 //! `finish` reads is loaded late, by the lanes that finish.
 //!
 //! **Invariant:** a kernel never uses a leaf that it neither loaded nor wrote; filling the others with garbage changes nothing.
 
-use super::{BLOCK, Leaf};
+use super::{
+    BLOCK, Cell, Leaf, over_cells,
+    sharing::{most_live, share},
+};
 use crate::{
     policy::RouletteScope,
     shader::{Interface, LeafSet, Summary, Written, join_alternatives, then},
@@ -25,12 +28,13 @@ pub struct KernelTraffic {
     pub load_killed: LeafSet,
     /// Stored by lanes that continue.
     pub store: LeafSet,
+    words: (usize, usize),
 }
 
 impl KernelTraffic {
     /// Bytes read and written per lane that continues, the lane's flag included.
     pub fn bytes(&self) -> (usize, usize) {
-        (4 + 4 * self.load.len(), 4 * self.store.len())
+        (4 + 4 * self.words.0, 4 * self.words.1)
     }
 }
 
@@ -39,18 +43,32 @@ impl KernelTraffic {
 pub struct Layout {
     /// All leaves of the state.
     pub leaves: Vec<Leaf>,
+    /// The stored words that the leaves make up, in their order.
+    pub cells: Vec<Cell>,
     /// The plane of each leaf; `None` for those that never outlive a kernel. Plane 0 is the lane's flag.
     pub plane_of: Vec<Option<u32>>,
     /// What a newly assigned block stores.
     pub generate: LeafSet,
     /// In the order of the stages.
     pub kernels: Vec<KernelTraffic>,
+    unshared: u32,
+    least: u32,
 }
 
 impl Layout {
     /// 32-bit planes per block, the flag included.
     pub fn planes(&self) -> u32 {
-        1 + self.plane_of.iter().flatten().count() as u32
+        1 + self.plane_of.iter().flatten().max().copied().unwrap_or(0)
+    }
+
+    /// Planes that there would be if each cell had one of its own.
+    pub fn planes_unshared(&self) -> u32 {
+        self.unshared
+    }
+
+    /// Fewer planes are impossible: what is kept at the busiest border of stages.
+    pub fn planes_at_least(&self) -> u32 {
+        self.least
     }
 
     /// Bytes of state per lane.
@@ -70,30 +88,20 @@ impl Layout {
         kept
     }
 
-    /// The table `leaves x stages`: `r` loaded, `f` loaded when finishing, `k` loaded when killed with the block, `w` stored.
-    pub fn table(&self) -> String {
-        let width = self.leaves.iter().map(|leaf| leaf.path.len()).max().unwrap_or(0).max(14);
-        let mut text = format!("{:width$} {:>5} {:>9}", "leaf", "plane", "generate");
-        for kernel in &self.kernels {
-            text.push_str(&format!(" {:>1$}", kernel.stage, kernel.stage.len().max(3)));
-        }
-        for (leaf, plane) in self.plane_of.iter().enumerate() {
-            let plane = plane.map_or_else(|| "-".into(), |plane| plane.to_string());
-            let born = if self.generate.contains(leaf) { "w" } else { "" };
-            text.push_str(&format!("\n{:width$} {plane:>5} {born:>9}", self.leaves[leaf].path.trim_start_matches('.')));
-            for kernel in &self.kernels {
-                let mark = [(&kernel.load, 'r'), (&kernel.load_late, 'f'), (&kernel.load_killed, 'k'), (&kernel.store, 'w')];
-                let mark: String = mark.iter().filter(|(set, _)| set.contains(leaf)).map(|(_, mark)| *mark).collect();
-                text.push_str(&format!(" {mark:>0$}", kernel.stage.len().max(3)));
-            }
-        }
-        text.push_str(&format!("\n{:width$} {:>5} {:>9}", "bytes per lane", self.bytes_per_lane(), 4 + 4 * self.generate.len()));
-        for kernel in &self.kernels {
-            let (read, written) = kernel.bytes();
-            text.push_str(&format!(" {:>1$}", format!("{read}/{written}"), kernel.stage.len().max(3)));
-        }
-        text
+    /// Planes of leaves in which `generate` leaves nothing.
+    pub(crate) fn planes_not_born(&self) -> Vec<u32> {
+        let born = |plane: &u32| self.generate.iter().any(|leaf| self.plane_of[leaf] == Some(*plane));
+        (1..self.planes()).filter(|plane| !born(plane)).collect()
     }
+
+    /// Words that the leaves of a set make up.
+    pub(super) fn words(&self, set: &LeafSet) -> usize {
+        words(&self.cells, set)
+    }
+}
+
+fn words(cells: &[Cell], set: &LeafSet) -> usize {
+    cells.iter().filter(|cell| cell.touches(set)).count()
 }
 
 /// Reads, and what is written at the two kinds of exit, of the first kernel when block roulette may reweight before its stage.
@@ -119,9 +127,9 @@ fn announcing_last(stage: &Summary, survival: &Summary) -> Summary {
 }
 
 /// Reads, and what is written at the two kinds of exit, of a kernel that draws for its lane after the stage.
-fn kernel_summary(stage: &Summary, roulette: Option<(&Summary, &Summary)>) -> Summary {
+fn kernel_summary(stage: &Summary, survival: &Summary, reweight: &Summary) -> Summary {
     let mut whole = stage.clone();
-    let (Some((survival, reweight)), Some(survivor)) = (roulette, stage.on_continue.clone()) else { return whole };
+    let Some(survivor) = stage.on_continue.clone() else { return whole };
     whole.reads = whole.reads.union(&survival.reads.difference(&survivor.must));
     let survivor = then(&survivor, &survival.on_return());
     whole.reads = whole.reads.union(&reweight.reads.difference(&survivor.must));
@@ -132,21 +140,23 @@ fn kernel_summary(stage: &Summary, roulette: Option<(&Summary, &Summary)>) -> Su
 }
 
 /// Lays out the state of a program under roulette of the given scope, or none.
-pub(crate) fn lay_out(interface: &Interface, scope: Option<RouletteScope>) -> Layout {
-    let roulette = interface.survival.as_ref().zip(interface.reweight.as_ref());
+pub(crate) fn lay_out(interface: &Interface, scope: Option<RouletteScope>, is_sharing: bool) -> Layout {
+    let over = |summary: &Summary| over_cells(&interface.cells, summary);
+    let roulette = interface.survival.as_ref().map(over).zip(interface.reweight.as_ref().map(over));
+    let finish = over(&interface.finish);
     let last = interface.stages.len().saturating_sub(1);
     let is_by_block = matches!(scope, Some(RouletteScope::Block(_)));
     let kernels: Vec<Summary> = interface
         .stages
         .iter()
         .enumerate()
-        .map(|(index, stage)| match (scope, roulette) {
+        .map(|(index, stage)| match (scope, &roulette) {
             (Some(RouletteScope::Block(_)), Some((survival, reweight))) => {
-                let whole = if index == last { announcing_last(&stage.summary, survival) } else { stage.summary.clone() };
+                let whole = if index == last { announcing_last(&over(&stage.summary), survival) } else { over(&stage.summary) };
                 if index == 0 { reweighted_first(&whole, reweight) } else { whole }
             }
-            (Some(_), roulette) => kernel_summary(&stage.summary, roulette.filter(|_| index == last)),
-            _ => stage.summary.clone(),
+            (Some(_), Some((survival, reweight))) if index == last => kernel_summary(&over(&stage.summary), survival, reweight),
+            _ => over(&stage.summary),
         })
         .collect();
 
@@ -158,14 +168,14 @@ pub(crate) fn lay_out(interface: &Interface, scope: Option<RouletteScope>) -> La
         let mut reads = kernel.reads.clone();
         let mut at_finish = LeafSet::default();
         if let Some(written) = &kernel.on_finish {
-            let wanted = interface.finish.reads.difference(&written.must);
+            let wanted = finish.reads.difference(&written.must);
             reads = reads.union(&wanted.intersection(&written.may));
             at_finish = wanted.difference(&written.may);
         }
         late_at_exit.push(at_finish.clone());
         if is_by_block && first_use.is_empty() {
             // The first kernel may also end walks before its stage has written anything.
-            at_finish = at_finish.union(&interface.finish.reads);
+            at_finish = at_finish.union(&finish.reads);
         }
         first_use.push(reads);
         late.push(at_finish);
@@ -198,20 +208,22 @@ pub(crate) fn lay_out(interface: &Interface, scope: Option<RouletteScope>) -> La
             None => Default::default(),
         };
         let load = first_use[index].union(&incomplete);
-        let load_killed = if is_by_block && index == 0 { interface.finish.reads.difference(&load) } else { LeafSet::default() };
+        let load_killed = if is_by_block && index == 0 { finish.reads.difference(&load) } else { LeafSet::default() };
         let load_late = late_at_exit[index].difference(&load);
         kept = kept.union(&load).union(&load_late).union(&load_killed);
-        traffic.push(KernelTraffic { stage: interface.stages[index].name.clone(), load, load_late, load_killed, store });
+        let moved = (words(&interface.cells, &load), words(&interface.cells, &store));
+        traffic.push(KernelTraffic { stage: interface.stages[index].name.clone(), load, load_late, load_killed, store, words: moved });
     }
-    let mut next = 1;
-    let plane_of = (0..interface.leaves.len())
-        .map(|leaf| {
-            kept.contains(leaf).then(|| {
-                next += 1;
-                next - 1
-            })
-        })
-        .collect();
+    let cells: Vec<&Cell> = interface.cells.iter().filter(|cell| cell.touches(&kept)).collect();
+    // The sets hold whole cells: the first leaf stands for all.
+    let first: Vec<usize> = cells.iter().map(|cell| cell.leaves.start).collect();
+    let planes = if is_sharing { share(&first, &live_in) } else { (0..cells.len() as u32).collect() };
+    let mut plane_of = vec![None; interface.leaves.len()];
+    for (cell, plane) in cells.iter().zip(planes) {
+        plane_of[cell.leaves.clone()].fill(Some(1 + plane));
+    }
     let generate = live_in.first().cloned().unwrap_or_default();
-    Layout { leaves: interface.leaves.clone(), plane_of, generate, kernels: traffic }
+    let (unshared, least) = (1 + cells.len() as u32, 1 + most_live(&first, &live_in));
+    let (leaves, cells) = (interface.leaves.clone(), interface.cells.clone());
+    Layout { leaves, cells, plane_of, generate, kernels: traffic, unshared, least }
 }

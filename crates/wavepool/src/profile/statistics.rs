@@ -102,7 +102,7 @@ impl Statistics {
             "pool": { "blocks": report.pool_blocks, "banks": report.banks, "ring": report.ring },
             "passes": report.passes,
             "items": { "started": report.items_started, "killed": report.items_killed },
-            "ledger": { "not_finite": report.not_finite },
+            "ledger": { "not_finite": report.not_finite, "storage_clamped": report.storage_clamped },
             "counters": named(&report.counters),
             "failed_assertions": named(&report.assertions),
             "launches": report.launches,

@@ -12,7 +12,7 @@ pub(crate) use gauge::Gauge;
 use crate::{
     Instruments, Result, Schedule,
     error::Error,
-    layout::{Layout, lay_out},
+    layout::{Layout, Storage, cells, lay_out},
     policy::{ImageTiles, RouletteScope, WorkSource},
     shader::{Composition, Diagnostic, Interface, SourceModule, Summary, compose, header, inspect, link},
 };
@@ -36,6 +36,7 @@ pub struct Program {
     library: Vec<SourceModule>,
     gauges: Vec<Gauge>,
     interface: Interface,
+    is_sharing: bool,
 }
 
 /// Collects the parts of a [`Program`].
@@ -46,6 +47,8 @@ pub struct ProgramBuilder {
     roots: Vec<SourceModule>,
     library: Vec<SourceModule>,
     gauges: Vec<Gauge>,
+    is_sharing: bool,
+    storage: Vec<(String, Storage)>,
 }
 
 impl Program {
@@ -82,6 +85,8 @@ impl Program {
             roots: Vec::new(),
             gauges: Vec::new(),
             library: wavepool_shaders::MATH.iter().map(|module| library_module("wavepool", module)).collect(),
+            is_sharing: true,
+            storage: Vec::new(),
         }
     }
 
@@ -102,7 +107,7 @@ impl Program {
 
     /// What is kept where, and who moves it; it depends on who shares a draw of roulette, if there is any.
     pub fn layout(&self, roulette: Option<RouletteScope>) -> Layout {
-        lay_out(&self.interface, roulette.filter(|_| self.has_roulette()))
+        lay_out(&self.interface, roulette.filter(|_| self.has_roulette()), self.is_sharing)
     }
 
     /// What a stage reads and writes, by name.
@@ -259,12 +264,27 @@ impl ProgramBuilder {
         self
     }
 
+    /// Lets leaves that are never needed at the same border of stages share a plane; the default. It changes no result, only bytes.
+    pub fn share_planes(mut self, is_sharing: bool) -> Self {
+        self.is_sharing = is_sharing;
+        self
+    }
+
+    /// Keeps a field of the state in a storage format. `field` is a path below the state as in the table: `direction`, `inner.y`,
+    /// `pair[0].y` for one element of an array, `pair[].y` for every element. Formats change values: each goes through its format
+    /// wherever it was written, alike under every schedule; what does not fit counts in [`Report::storage_clamped`](crate::Report).
+    pub fn storage(mut self, field: &str, storage: Storage) -> Self {
+        self.storage.push((field.to_owned(), storage));
+        self
+    }
+
     /// Checks everything that needs no device: imports, signatures, the rules of a stage, resources.
     ///
     /// # Errors
-    /// [`Error::Shader`] with file, line and caret for each mistake.
+    /// [`Error::Shader`] with file, line and caret for each mistake; [`Error::Field`] for a field that does not exist or a format that
+    /// does not go with it.
     pub fn build(self) -> Result<Program> {
-        let ProgramBuilder { name, names, roots, library, gauges } = self;
+        let ProgramBuilder { name, names, mut roots, library, gauges, is_sharing, storage } = self;
         gauge::check(&gauges).map_err(|diagnostic| Error::Shader(vec![diagnostic]))?;
         if names.stages.is_empty() {
             return Err(Error::Shader(vec![Diagnostic::nowhere(format!("program `{name}` has no stage: name one with `stage`"))]));
@@ -273,8 +293,14 @@ impl ProgramBuilder {
             let message = format!("stage `{}` of program `{name}` is named twice: a step runs each stage once", twice.1);
             return Err(Error::Shader(vec![Diagnostic::nowhere(message)]));
         }
+        for format in Storage::ALL.iter().filter(|format| storage.iter().any(|(_, declared)| declared == *format)) {
+            roots.extend(
+                wavepool_shaders::MATH.iter().filter(|module| module.path == format.module()).map(|m| library_module("wavepool", m)),
+            );
+        }
         let composition = composition(&roots, &library, &gauges, &default_source(), true).map_err(Error::Shader)?;
-        let interface = inspect(&composition, &names).map_err(Error::Shader)?;
-        Ok(Program { name, names, roots, library, gauges, interface })
+        let mut interface = inspect(&composition, &names).map_err(Error::Shader)?;
+        interface.cells = cells(&interface.fields, &interface.leaves, &storage)?;
+        Ok(Program { name, names, roots, library, gauges, interface, is_sharing })
     }
 }

@@ -6,7 +6,11 @@
 
 use std::fmt::Write as _;
 
-use super::generate::{Glue, MEGAKERNEL_HEAD, call_stages};
+use super::{
+    Summary,
+    generate::{Glue, MEGAKERNEL_HEAD, call_stages, settle_born},
+    storage::settle,
+};
 use crate::policy::{Execution, RouletteScope, Statistic};
 
 /// One word from four counters, apart from every stream of the program: pcg4d of Jarzynski and Olano, JCGT 9(3), 2020.
@@ -57,30 +61,38 @@ pub(super) fn tick(glue: &Glue, shader: impl Fn(&str) -> &'static str) -> String
 /// The draw at the end of a step: sets `wf_verdict` and counts, or reweights.
 pub(super) fn draw_lane(glue: &Glue, count: &str, indent: &str, out: &mut String) {
     let names = glue.names;
+    let _ = writeln!(out, "{indent}let wf_chance = wf_pin_f32({}(&wf_state));", names.survival);
+    settle_after(glue, &glue.interface.survival, indent, out);
     let _ = write!(
         out,
-        "{indent}let wf_chance = wf_pin_f32({}(&wf_state));\n\
-         {indent}let wf_inverse = wf_pin_f32(wf_inverse_survival(wf_chance, wf_roulette_draw(wf_item, wf_step)));\n\
+        "{indent}let wf_inverse = wf_pin_f32(wf_inverse_survival(wf_chance, wf_roulette_draw(wf_item, wf_step)));\n\
          {indent}if (wf_inverse == 0.0) {{\n\
          {indent}    wf_verdict = FINISH;\n\
          {indent}    {count}\n\
          {indent}}} else if (wf_inverse != 1.0) {{\n\
-         {indent}    {}(&wf_state, wf_inverse);\n\
-         {indent}}}\n\
-         {indent}wf_pin(&wf_state);\n",
-        names.survival, names.reweight
+         {indent}    {}(&wf_state, wf_inverse);\n",
+        names.reweight
     );
+    settle_after(glue, &glue.interface.reweight, &format!("{indent}    "), out);
+    let _ = write!(out, "{indent}}}\n{indent}wf_pin(&wf_state);\n");
+}
+
+/// Formats after `survival` or `reweight`, where they are called.
+fn settle_after(glue: &Glue, function: &Option<Summary>, indent: &str, out: &mut String) {
+    if let Some(summary) = function {
+        settle(glue, &summary.on_return().may, indent, out);
+    }
 }
 
 /// Adds this lane's chance to what the block draws with. Integers throughout: bits of a float between 0 and 1 order like the float, and
 /// sums of 65536ths do not depend on their order. What is not a number counts as certain survival.
 pub(super) fn announce_chance(glue: &Glue, place: &str, indent: &str, out: &mut String) {
+    let _ = writeln!(out, "{indent}let wf_chance = bitcast<u32>(wf_pin_f32({}(&wf_state)));", glue.names.survival);
+    settle_after(glue, &glue.interface.survival, indent, out);
     let _ = write!(
         out,
-        "{indent}let wf_chance = bitcast<u32>(wf_pin_f32({}(&wf_state)));\n\
-         {indent}wf_pin(&wf_state);\n\
-         {indent}let wf_certain = min(select(wf_chance, 0u, (wf_chance & 0x80000000u) != 0u), 0x3f800000u);\n",
-        glue.names.survival
+        "{indent}wf_pin(&wf_state);\n\
+         {indent}let wf_certain = min(select(wf_chance, 0u, (wf_chance & 0x80000000u) != 0u), 0x3f800000u);\n"
     );
     let _ = match glue.scope() {
         Some(RouletteScope::Block(Statistic::Mean)) => {
@@ -98,11 +110,9 @@ pub(super) fn obey_block(glue: &Glue, out: &mut String, finish: impl Fn(&mut Str
          atomicAdd(&wf_counters[wf_killed_counter(wf_block)], 1u);\n",
     );
     finish(out);
-    let _ = write!(
-        out,
-        "    }}\n    if (wf_inverse != 1.0) {{\n        {}(&wf_state, wf_inverse);\n        wf_pin(&wf_state);\n    }}\n",
-        glue.names.reweight
-    );
+    let _ = writeln!(out, "    }}\n    if (wf_inverse != 1.0) {{\n        {}(&wf_state, wf_inverse);", glue.names.reweight);
+    settle_after(glue, &glue.interface.reweight, "        ", out);
+    out.push_str("        wf_pin(&wf_state);\n    }\n");
 }
 
 /// The megakernel whose lanes wait for each other after every step, because they share a draw.
@@ -117,19 +127,21 @@ pub(super) fn lockstep_megakernel(glue: &Glue, out: &mut String) {
          var wf_state = {}();\n    \
          var wf_alive = wf_item.pixel != WF_NONE;\n    \
          if (wf_alive) {{\n        \
-         {}(&wf_state, wf_item);\n        \
-         wf_pin(&wf_state);\n    \
-         }}\n    \
-         for (var wf_step = 0u; ; wf_step++) {{\n        \
-         if (wf_lane == 0u) {{\n            \
+         {}(&wf_state, wf_item);\n",
+        glue.interface.state, glue.names.generate
+    );
+    settle_born(glue, "        ", out);
+    out.push_str(
+        "    }\n    \
+         for (var wf_step = 0u; ; wf_step++) {\n        \
+         if (wf_lane == 0u) {\n            \
          atomicStore(&wf_group_chance, 0u);\n            \
          atomicStore(&wf_group_live, 0u);\n        \
-         }}\n        \
+         }\n        \
          workgroupBarrier();\n        \
-         if (wf_alive) {{\n            \
+         if (wf_alive) {\n            \
          var wf_verdict = CONTINUE;\n            \
-         loop {{\n",
-        glue.interface.state, glue.names.generate
+         loop {\n",
     );
     call_stages(glue, "                ", out);
     announce_chance(glue, "&wf_group_chance", "                ", out);
@@ -166,6 +178,8 @@ pub(super) fn lockstep_megakernel(glue: &Glue, out: &mut String) {
          if (wf_alive && wf_inverse != 1.0) {\n            \
          ",
     );
-    let _ = write!(out, "{}(&wf_state, wf_inverse);\n            wf_pin(&wf_state);\n        }}\n    }}\n}}\n", glue.names.reweight);
+    let _ = writeln!(out, "{}(&wf_state, wf_inverse);", glue.names.reweight);
+    settle_after(glue, &glue.interface.reweight, "            ", out);
+    out.push_str("            wf_pin(&wf_state);\n        }\n    }\n}\n");
     out.push_str("fn wf_item_sample(pass_index: u32) -> u32 { return wf_control.first_sample + pass_index; }\n");
 }

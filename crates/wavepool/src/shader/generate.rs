@@ -8,7 +8,10 @@
 
 use std::fmt::Write as _;
 
-use super::{Interface, LeafSet, gamble};
+use super::{
+    Interface, LeafSet, gamble,
+    storage::{load, pin, poison_planes, poison_state, settle, settle_stage, store, to_word},
+};
 use crate::{
     Instruments, control,
     layout::{BLOCK, Layout, Scalar},
@@ -149,21 +152,6 @@ fn scheduler_module(path: &str) -> &'static str {
     wavepool_shaders::SCHEDULER.iter().find(|module| module.path == path).map_or("", |module| module.text)
 }
 
-/// Passes every leaf through an integer `or` with a zero that the compiler cannot see: no algebra crosses it. Not `xor`: a leaf that
-/// two pins touch without a use between them would come out bare, since `x ^ z ^ z` is `x` (lavapipe does see that). Integers too:
-/// a float may travel as its bits.
-fn pin(glue: &Glue, out: &mut String) {
-    let word = |scalar, expression: &str| from_word(scalar, &format!("({} | wf_control.opaque_zero)", to_word(scalar, expression)));
-    let pinned = if glue.pins { word(Scalar::F32, "x") } else { "x".into() };
-    let _ = writeln!(out, "fn wf_pin_f32(x: f32) -> f32 {{ return {pinned}; }}");
-    let _ = writeln!(out, "fn wf_pin(wf_state: ptr<function, {}>) {{", glue.interface.state);
-    for leaf in glue.interface.leaves.iter().filter(|_| glue.pins) {
-        let place = format!("(*wf_state){}", leaf.path);
-        let _ = writeln!(out, "    {place} = {};", word(leaf.scalar, &place));
-    }
-    out.push_str("}\n");
-}
-
 /// Puts the result of a walk into the item's own slot, last of all the mark that it is there.
 fn complete(glue: &Glue, out: &mut String) {
     let _ = write!(
@@ -192,49 +180,6 @@ fn complete(glue: &Glue, out: &mut String) {
     gamble::draws(glue, out);
 }
 
-fn to_word(scalar: Scalar, expression: &str) -> String {
-    match scalar {
-        Scalar::U32 => expression.to_owned(),
-        _ => format!("bitcast<u32>({expression})"),
-    }
-}
-
-fn from_word(scalar: Scalar, expression: &str) -> String {
-    match scalar {
-        Scalar::U32 => expression.to_owned(),
-        scalar => format!("bitcast<{}>({expression})", scalar.wgsl()),
-    }
-}
-
-fn load(glue: &Glue, leaves: &LeafSet, indent: &str, out: &mut String) {
-    for leaf in leaves.iter() {
-        if let (Some(plane), Some(facts)) = (glue.layout.plane_of[leaf], glue.layout.leaves.get(leaf)) {
-            let word = format!("wf_bank[wf_base + {}u]", plane * BLOCK);
-            let _ = writeln!(out, "{indent}wf_state{} = {};", facts.path, from_word(facts.scalar, &word));
-        }
-    }
-}
-
-fn store(glue: &Glue, leaves: &LeafSet, out: &mut String) {
-    for leaf in leaves.iter() {
-        if let (Some(plane), Some(facts)) = (glue.layout.plane_of[leaf], glue.layout.leaves.get(leaf)) {
-            let word = to_word(facts.scalar, &format!("wf_state{}", facts.path));
-            let _ = writeln!(out, "    wf_bank[wf_base + {}u] = {word};", plane * BLOCK);
-        }
-    }
-}
-
-/// Fills leaves that nobody may use with the poison word, when asked.
-fn poison_state(glue: &Glue, spared: &LeafSet, out: &mut String) {
-    let Some(word) = glue.poison else { return };
-    for leaf in LeafSet::full(glue.layout.leaves.len()).difference(spared).iter() {
-        let facts = &glue.layout.leaves[leaf];
-        // The word reaches the kernel at run time: a NaN written as a constant is refused by WGSL.
-        let value = from_word(facts.scalar, &format!("({word:#x}u ^ wf_control.opaque_zero)"));
-        let _ = writeln!(out, "    wf_state{} = {value};", facts.path);
-    }
-}
-
 fn generate_kernel(glue: &Glue, out: &mut String) {
     let _ = write!(
         out,
@@ -249,19 +194,21 @@ fn generate_kernel(glue: &Glue, out: &mut String) {
          if (wf_item.pixel == WF_NONE) {{ wf_bank[wf_base] = 0u; return; }}\n    \
          wf_bank[wf_base] = 1u;\n    \
          var wf_state = {}();\n    \
-         {}(&wf_state, wf_item);\n    \
-         wf_pin(&wf_state);\n",
+         {}(&wf_state, wf_item);\n",
         glue.layout.stride(),
         glue.interface.state,
         glue.names.generate
     );
+    settle_born(glue, "    ", out);
     store(glue, &glue.layout.generate, out);
-    if let Some(word) = glue.poison {
-        for leaf in glue.layout.kept().difference(&glue.layout.generate).iter() {
-            let _ = writeln!(out, "    wf_bank[wf_base + {}u] = {word:#x}u;", glue.layout.plane_of[leaf].unwrap_or(0) * BLOCK);
-        }
-    }
+    poison_planes(glue, out);
     out.push_str("}\n");
+}
+
+/// After `generate`: formats and pins.
+pub(super) fn settle_born(glue: &Glue, indent: &str, out: &mut String) {
+    settle(glue, &glue.interface.generate.on_return().may, indent, out);
+    let _ = writeln!(out, "{indent}wf_pin(&wf_state);");
 }
 
 /// Calls stage `index`; `verdict` tells afterwards whether the walk goes on.
@@ -275,6 +222,7 @@ fn call_stage(glue: &Glue, index: usize, indent: &str, out: &mut String) {
     if stage.decides && glue.instruments.checked {
         let _ = writeln!(out, "{indent}if (wf_verdict == FINISH) {{ atomicAdd(&wf_counters[WF_FINISHED], 1u); }}");
     }
+    settle_stage(glue, &stage.summary, indent, out);
     let _ = writeln!(out, "{indent}wf_pin(&wf_state);");
 }
 
@@ -365,13 +313,11 @@ fn megakernel(glue: &Glue, out: &mut String) {
         "{MEGAKERNEL_HEAD}\
          if (wf_item.pixel == WF_NONE) {{ return; }}\n    \
          var wf_state = {}();\n    \
-         {}(&wf_state, wf_item);\n    \
-         wf_pin(&wf_state);\n    \
-         var wf_verdict = CONTINUE;\n    \
-         var wf_step = 0u;\n    \
-         loop {{\n",
+         {}(&wf_state, wf_item);\n",
         glue.interface.state, glue.names.generate
     );
+    settle_born(glue, "    ", out);
+    out.push_str("    var wf_verdict = CONTINUE;\n    var wf_step = 0u;\n    loop {\n");
     call_stages(glue, "        ", out);
     if glue.roulette.is_some() {
         gamble::draw_lane(glue, "atomicAdd(&wf_counters[WF_KILLED], 1u);", "        ", out);

@@ -8,7 +8,7 @@ use naga::{AddressSpace, Expression, Function, Handle, Module, Span, Statement, 
 
 use super::{Composition, Diagnostic, Summary, analyse, rules::each_statement};
 use crate::{
-    layout::{Leaf, MOST_LEAVES, Scalar, flatten, leaf_count},
+    layout::{Cell, Field, Leaf, MOST_LEAVES, Scalar, fields, flatten, leaf_count},
     program::Names,
 };
 
@@ -17,6 +17,9 @@ use crate::{
 pub(crate) struct Interface {
     pub(crate) state: String,
     pub(crate) leaves: Vec<Leaf>,
+    /// What formats can be declared for, and the words that the declared ones make.
+    pub(crate) fields: Vec<Field>,
+    pub(crate) cells: Vec<Cell>,
     pub(crate) result: Vec<Leaf>,
     pub(crate) generate: Summary,
     pub(crate) stages: Vec<StageFacts>,
@@ -159,6 +162,8 @@ impl Inspector<'_> {
         Some(Interface {
             state: self.type_name(state),
             leaves,
+            fields: fields(module, state),
+            cells: Vec::new(),
             result,
             generate: summary(generate),
             stages: stages

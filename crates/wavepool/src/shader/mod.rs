@@ -14,6 +14,7 @@ mod inspect;
 mod link;
 mod rules;
 mod scan;
+mod storage;
 
 pub use compose::SourceModule;
 pub(crate) use compose::{Composition, compose};

@@ -15,7 +15,7 @@ pub(super) struct Import {
 }
 
 /// Names that generated code relies on: a module that declares one of them would change its meaning.
-const RELIED_ON: [&str; 19] = [
+const RELIED_ON: [&str; 20] = [
     "array",
     "atomic",
     "atomicAdd",
@@ -35,6 +35,7 @@ const RELIED_ON: [&str; 19] = [
     "vec3u",
     "vec4u",
     "vec2f",
+    "vec3f",
 ];
 /// Names that the scheduler declares for every program.
 const OF_THE_CONTRACT: [&str; 4] = ["CONTINUE", "FINISH", "Item", "item_coordinates"];

@@ -1,0 +1,106 @@
+//! The table `leaves x stages` as data, and as text.
+//!
+//! **Invariant:** the text is printed from the rows; whatever it shows, a program can read.
+
+use super::{Layout, Storage};
+
+/// One stored word of the state, or one leaf that is never stored, and who moves it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Row {
+    /// As WGSL reaches it from the state, without the leading dot: `origin.x`, or `direction` in a packed format.
+    pub leaf: String,
+    /// How it is kept.
+    pub storage: Storage,
+    /// Where; `None` when it never outlives a kernel. Rows may share a plane.
+    pub plane: Option<u32>,
+    /// True when a newly assigned block stores it.
+    pub is_born: bool,
+    /// In the order of the stages.
+    pub stages: Vec<Moves>,
+}
+
+/// What the kernel of one stage does with one row, per lane and step.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Moves {
+    /// The stage.
+    pub stage: String,
+    /// Loaded before the stage runs.
+    pub is_loaded: bool,
+    /// Loaded by lanes that finish.
+    pub is_late: bool,
+    /// Loaded by lanes killed with their block.
+    pub is_killed: bool,
+    /// Stored by lanes that continue.
+    pub is_stored: bool,
+    /// Bytes read by a lane that continues.
+    pub bytes_read: u32,
+    /// Bytes written by a lane that continues.
+    pub bytes_written: u32,
+}
+
+impl Moves {
+    /// `r` loaded, `f` loaded when finishing, `k` loaded when killed with the block, `w` stored.
+    pub fn marks(&self) -> String {
+        let marks = [(self.is_loaded, 'r'), (self.is_late, 'f'), (self.is_killed, 'k'), (self.is_stored, 'w')];
+        marks.iter().filter(|(is_there, _)| *is_there).map(|(_, mark)| *mark).collect()
+    }
+}
+
+impl Layout {
+    /// One row per stored word, and one per leaf that is not stored, in order of declaration.
+    pub fn rows(&self) -> Vec<Row> {
+        let row = |cell: &super::Cell| {
+            let leaf = cell.leaves.start;
+            let stages = self.kernels.iter().map(|kernel| {
+                let [is_loaded, is_late, is_killed, is_stored] =
+                    [&kernel.load, &kernel.load_late, &kernel.load_killed, &kernel.store].map(|set| set.contains(leaf));
+                let (bytes_read, bytes_written) = (4 * u32::from(is_loaded), 4 * u32::from(is_stored));
+                Moves { stage: kernel.stage.clone(), is_loaded, is_late, is_killed, is_stored, bytes_read, bytes_written }
+            });
+            Row {
+                leaf: cell.path.trim_start_matches('.').to_owned(),
+                storage: cell.storage,
+                plane: self.plane_of[leaf],
+                is_born: self.generate.contains(leaf),
+                stages: stages.collect(),
+            }
+        };
+        self.cells.iter().map(row).collect()
+    }
+
+    /// The table `leaves x stages`: `r` loaded, `f` loaded when finishing, `k` loaded when killed with the block, `w` stored. A column
+    /// tells the formats, where there are any.
+    pub fn table(&self) -> String {
+        let rows = self.rows();
+        let width = rows.iter().map(|row| row.leaf.len()).max().unwrap_or(0).max(14);
+        let format = if rows.iter().any(|row| row.storage != Storage::Word) { 12 } else { 0 };
+        let head = |name: &str, storage: &str, plane: &str, born: &str| {
+            let storage = if format > 0 { format!(" {storage:format$}") } else { String::new() };
+            format!("{name:width$}{storage} {plane:>5} {born:>9}")
+        };
+        let column = |stage: &str, text: &str| format!(" {text:>0$}", stage.len().max(3));
+        let mut text = head("leaf", "storage", "plane", "generate");
+        text.extend(self.kernels.iter().map(|kernel| column(&kernel.stage, &kernel.stage)));
+        for row in &rows {
+            let plane = row.plane.map_or_else(|| "-".into(), |plane| plane.to_string());
+            let storage = if row.storage == Storage::Word { "" } else { row.storage.name() };
+            text.push('\n');
+            text.push_str(&head(&row.leaf, storage, &plane, if row.is_born { "w" } else { "" }));
+            text.extend(row.stages.iter().map(|moves| column(&moves.stage, &moves.marks())));
+        }
+        text.push('\n');
+        let born = 4 + 4 * self.words(&self.generate);
+        text.push_str(&head("bytes per lane", "", &self.bytes_per_lane().to_string(), &born.to_string()));
+        for kernel in &self.kernels {
+            let (read, written) = kernel.bytes();
+            text.push_str(&column(&kernel.stage, &format!("{read}/{written}")));
+        }
+        if self.planes() < self.planes_unshared() {
+            let (planes, unshared, least) = (self.planes(), self.planes_unshared(), self.planes_at_least());
+            text.push_str(&format!("\n{planes} planes; {unshared} without sharing, {least} at the busiest border"));
+        }
+        text
+    }
+}
