@@ -8,7 +8,7 @@ use std::{
 use path_tracer::{
     Renderer, Settings, output,
     scene::{self, Environment, Scene},
-    wavepool::{GpuContext, GpuOptions, Schedule},
+    wavepool::{GpuContext, GpuOptions, Instruments, Schedule},
 };
 
 use super::{Failure, progress::Meter, say};
@@ -48,6 +48,18 @@ pub(crate) struct Arguments {
     /// Brightness of a PNG in stops.
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true)]
     exposure: f32,
+    /// Write counters, steps, walk lengths and device times to a JSON file, and print a summary.
+    #[arg(long, value_name = "FILE")]
+    stats: Option<PathBuf>,
+    /// Write every launch to a trace file for Perfetto (ui.perfetto.dev) or chrome://tracing.
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+    /// After every step, count lanes and results again and compare; slow.
+    #[arg(long)]
+    checked: bool,
+    /// Blocks of a bank, at most; a pool of more has several.
+    #[arg(long, value_name = "N")]
+    bank_blocks: Option<u32>,
     /// .png or .exr; the scene's name with .png when not given.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -71,6 +83,14 @@ impl Arguments {
             Some(0) => return Err(Failure::Usage("--pool-blocks 0: at least 1".into())),
             blocks => schedule.pool_blocks = blocks,
         }
+        if self.bank_blocks == Some(0) {
+            return Err(Failure::Usage("--bank-blocks 0: at least 1".into()));
+        }
+        schedule.bank_blocks = self.bank_blocks;
+        let wants_statistics = self.stats.is_some() || self.trace.is_some();
+        let observed = if wants_statistics { Instruments::statistics() } else { Instruments::default() };
+        let markers = std::env::var_os("WAVEPOOL_MARKERS").is_some_and(|value| value == "1");
+        let instruments = Instruments { checked: self.checked, markers, ..observed };
         Ok(Settings {
             width,
             height,
@@ -79,6 +99,7 @@ impl Arguments {
             depth: self.depth,
             seed: self.seed,
             schedule,
+            instruments,
             ..Settings::default()
         })
     }
@@ -132,6 +153,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let settings = arguments.settings()?;
     let out = arguments.out.clone().unwrap_or_else(|| default_output(&arguments.scene));
     output::check_writable(&out)?;
+    for file in [&arguments.stats, &arguments.trace].into_iter().flatten() {
+        output::check_place(file)?;
+    }
     let mut scene = arguments.load()?;
     scene.reframe(settings.width as f32 / settings.height as f32);
     scene.warnings.iter().for_each(|warning| eprintln!("note: {warning}"));
@@ -157,11 +181,30 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (width, height, passes) = (settings.width, settings.height, report.passes);
     say(format_args!("rendered:   {width}x{height}, {passes} samples in {seconds:.1} s, {:.3} Msamples/s", items as f64 / seconds / 1e6));
     say(format_args!(
+        "pool:       {} blocks in {} bank(s), {} bytes of state per lane; results of {} passes at once",
+        report.pool_blocks,
+        report.banks,
+        renderer.scheduler().layout().bytes_per_lane(),
+        report.ring
+    ));
+    say(format_args!(
         "work:       {} steps, {} launches, {} regenerations, {} of {} paths ended by roulette",
         report.steps, report.launches, report.regenerations, report.items_killed, report.items_started
     ));
     if report.not_finite > 0 {
         say(format_args!("ledger:     {} components of samples were not finite and count as zero", report.not_finite));
+    }
+    report.notes.iter().for_each(|note| eprintln!("note: {note}"));
+    if arguments.stats.is_some() || arguments.trace.is_some() {
+        let mut statistics = renderer.statistics(&rendering)?;
+        statistics.command = std::env::args().skip(1).collect::<Vec<_>>().join(" ");
+        if let Some(path) = &arguments.stats {
+            output::write_json(path, &statistics.to_json())?;
+        }
+        if let Some(path) = &arguments.trace {
+            output::write_json(path, &statistics.trace())?;
+        }
+        say(statistics.summary().trim_end());
     }
     say(format_args!("image:      {}", out.display()));
     say(format_args!("image-hash: {:016x}", rendering.film.hash()));

@@ -41,11 +41,31 @@ impl Format {
 /// When the ending is unknown, or the operating system refuses.
 pub fn check_writable(path: &Path) -> Result<Format, Error> {
     let format = Format::of(path)?;
+    check_place(path)?;
+    Ok(format)
+}
+
+/// Asks, before the long work, whether a file of any name can be written here. Nothing stays behind.
+///
+/// # Errors
+/// When the operating system refuses.
+pub fn check_place(path: &Path) -> Result<(), Error> {
     if path.is_dir() {
         return Err(Error::write(path, "this is a folder"));
     }
-    atomic::check(path).map_err(|e| Error::write(path, e))?;
-    Ok(format)
+    atomic::check(path).map_err(|e| Error::write(path, e))
+}
+
+/// Writes a JSON document.
+///
+/// # Errors
+/// When the operating system refuses.
+pub fn write_json(path: &Path, document: &serde_json::Value) -> Result<(), Error> {
+    atomic::write(path, |writer| {
+        serde_json::to_writer(&mut *writer, document).map_err(std::io::Error::other)?;
+        std::io::Write::write_all(writer, b"\n")
+    })
+    .map_err(|e| Error::write(path, e))
 }
 
 /// Writes a picture of linear mean radiance, row 0 on top, in the format of the name. `exposure` is in EV and changes PNG only.
