@@ -21,10 +21,9 @@ pub(super) struct Buffers {
     pub(super) record: wgpu::Buffer,
     pub(super) banks: Vec<wgpu::Buffer>,
     pub(super) film: wgpu::Buffer,
-    /// One per bank.
-    stage_groups: Vec<wgpu::BindGroup>,
-    tick_group: wgpu::BindGroup,
-    resolve_group: wgpu::BindGroup,
+    numbers: wgpu::Buffer,
+    /// One per bank for the stages, that of the tick, that of resolve.
+    groups: Vec<wgpu::BindGroup>,
     pub(super) staging: Vec<Staging>,
     pub(super) clock: Option<Clock>,
 }
@@ -71,54 +70,51 @@ impl Buffers {
         }
         queue.write_buffer(&numbers, 0, bytemuck::cast_slice(&words));
 
-        let group = |label: &str, layout: &wgpu::BindGroupLayout, resources: &[wgpu::BindingResource<'_>]| {
-            let entries: Vec<_> = resources
-                .iter()
-                .enumerate()
-                .map(|(binding, resource)| wgpu::BindGroupEntry { binding: binding as u32, resource: resource.clone() })
-                .collect();
-            scoped(device, &format!("binding {label}"), || {
-                device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
-            })
-        };
-        let whole = wgpu::Buffer::as_entire_binding;
-        let stage_groups = banks
-            .iter()
-            .zip(0..)
-            .map(|(bank, number)| {
-                let number = number_binding(&numbers, number);
-                let resources = [whole(&control), whole(&counters), whole(&results), whole(bank), number];
-                group("stage buffers", &kernels.stage_layout, &resources)
-            })
-            .collect::<Result<Vec<_>>>()?;
-        let tick_group = group("tick buffers", &kernels.tick_layout, &[&control, &counters, &arguments, &record].map(whole))?;
-        let resolve_group = group("resolve buffers", &kernels.resolve_layout, &[&control, &counters, &results, &film].map(whole))?;
         let record_bytes = if sizes.record_steps > 0 { record.size() } else { 0 };
         let clock = if instruments.times { Clock::new(device, queue)? } else { None };
         let staging = (0..STAGING).map(|_| Staging::new(device, record_bytes, clock.as_ref())).collect::<Result<_>>()?;
-        Ok(Buffers {
-            sizes,
-            control,
-            counters,
-            arguments,
-            results,
-            record,
-            banks,
-            film,
-            stage_groups,
-            tick_group,
-            resolve_group,
-            staging,
-            clock,
-        })
+        let tick_group = bind(device, "tick buffers", &kernels.tick_layout, &[&control, &counters, &arguments, &record].map(whole))?;
+        let mut buffers =
+            Buffers { sizes, control, counters, arguments, results, record, banks, numbers, film, groups: Vec::new(), staging, clock };
+        let control = buffers.control.clone();
+        let stages = (0..sizes.banks).map(|bank| buffers.stage_group(device, kernels, whole(&control), bank));
+        let mut groups = stages.collect::<Result<Vec<_>>>()?;
+        groups.push(tick_group);
+        groups.push(buffers.resolve_group(device, kernels, whole(&control))?);
+        buffers.groups = groups;
+        Ok(buffers)
+    }
+
+    /// What a stage sees of a bank, with `control` for the tables.
+    pub(super) fn stage_group(
+        &self,
+        device: &wgpu::Device,
+        kernels: &Kernels,
+        control: wgpu::BindingResource<'_>,
+        bank: u32,
+    ) -> Result<wgpu::BindGroup> {
+        let number = number_binding(&self.numbers, u64::from(bank));
+        let resources = [control, whole(&self.counters), whole(&self.results), whole(&self.banks[bank as usize]), number];
+        bind(device, "stage buffers", &kernels.stage_layout, &resources)
+    }
+
+    /// What resolve sees, with `control` for the tables.
+    pub(super) fn resolve_group(
+        &self,
+        device: &wgpu::Device,
+        kernels: &Kernels,
+        control: wgpu::BindingResource<'_>,
+    ) -> Result<wgpu::BindGroup> {
+        let resources = [control, whole(&self.counters), whole(&self.results), whole(&self.film)];
+        bind(device, "resolve buffers", &kernels.resolve_layout, &resources)
     }
 
     pub(super) fn group(&self, class: Class, bank: u32) -> &wgpu::BindGroup {
-        match class {
-            Class::Stage => &self.stage_groups[bank as usize],
-            Class::Tick => &self.tick_group,
-            Class::Resolve => &self.resolve_group,
-        }
+        &self.groups[match class {
+            Class::Stage => bank as usize,
+            Class::Tick => self.banks.len(),
+            Class::Resolve => self.banks.len() + 1,
+        }]
     }
 
     /// Bytes of everything, by name.
@@ -148,6 +144,23 @@ impl Buffers {
         let place = Control::words(self.sizes.pool_blocks, 0) * 4;
         queue.write_buffer(&self.control, place, bytemuck::cast_slice(&first));
     }
+}
+
+fn whole(buffer: &wgpu::Buffer) -> wgpu::BindingResource<'_> {
+    buffer.as_entire_binding()
+}
+
+fn bind(
+    device: &wgpu::Device,
+    label: &str,
+    layout: &wgpu::BindGroupLayout,
+    resources: &[wgpu::BindingResource<'_>],
+) -> Result<wgpu::BindGroup> {
+    let entries: Vec<_> =
+        (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource: resource.clone() }).collect();
+    scoped(device, &format!("binding {label}"), || {
+        device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
+    })
 }
 
 fn number_binding(numbers: &wgpu::Buffer, bank: u64) -> wgpu::BindingResource<'_> {

@@ -15,6 +15,7 @@ mod resources;
 mod run;
 mod sizes;
 mod snapshot;
+mod stripped;
 mod times;
 
 use std::time::Duration;
@@ -23,6 +24,7 @@ pub use cache::KernelCache;
 pub use resources::{Resources, upload};
 pub use run::Run;
 pub use snapshot::{LaneState, PoolSnapshot, Value};
+pub use stripped::SchedulingCost;
 
 #[cfg(doc)]
 use crate::Error;

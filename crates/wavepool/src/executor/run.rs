@@ -53,7 +53,7 @@ pub struct Run<'a> {
     pub(super) buffers: Buffers,
     head: Control,
     opening: Vec<Dispatch>,
-    steps: Vec<Dispatch>,
+    pub(super) steps: Vec<Dispatch>,
     audit: Vec<Dispatch>,
     pending: VecDeque<Pending>,
     submissions: u32,
@@ -198,6 +198,28 @@ impl Run<'_> {
             self.receive_all()?;
         }
         Ok(self.progress())
+    }
+
+    /// The tick before the first step, alone.
+    pub(super) fn open(&mut self) -> Result<()> {
+        self.submit(0, true)?;
+        self.receive_all()
+    }
+
+    /// Does exactly `steps` steps, `each` per submission, and looks once at the end.
+    pub(super) fn step_blindly(&mut self, steps: u64, each: u32) -> Result<()> {
+        let mut left = steps;
+        while left > 0 {
+            let now = left.min(u64::from(each)) as u32;
+            left -= u64::from(now);
+            self.submit(now, left == 0)?;
+        }
+        self.receive_all()
+    }
+
+    /// Leaves the buffers to the next run.
+    pub(super) fn give_back(self) {
+        self.scheduler.buffers = Some(self.buffers);
     }
 
     /// Submits until the device says that all passes are resolved, or `observe` stops.
@@ -471,19 +493,26 @@ impl Run<'_> {
     }
 
     fn read_film(&self) -> Result<Film> {
-        let Scheduler { device, queue, program, source, .. } = &*self.scheduler;
-        let (leaves, pixels) = (&program.interface().result, source.pixels() as usize);
-        let Some(snapshot) = &self.latest else { return Ok(Film::gather(leaves, pixels, 0, &[], |_| None, 0)) };
+        let Some(snapshot) = &self.latest else {
+            let (leaves, pixels) = (&self.scheduler.program.interface().result, self.scheduler.source.pixels() as usize);
+            return Ok(Film::gather(leaves, pixels, 0, &[], |_| None, 0));
+        };
         let missing = snapshot.total(counters::MISSING);
         if missing > 0 {
             return Err(Error::Conservation(format!("{missing} items left no result")));
         }
+        self.gather_film(snapshot.control.resolved)
+    }
+
+    /// What the device has of the film, `resolved` samples per pixel.
+    pub(super) fn gather_film(&self, resolved: u32) -> Result<Film> {
+        let Scheduler { device, queue, program, source, .. } = &*self.scheduler;
+        let (leaves, pixels) = (&program.interface().result, source.pixels() as usize);
         let film = &self.buffers.film;
         let words = readback::read_words(device, queue, film, 0, film.size() / 4, "reading the film")?;
         let pixel_of = |place: usize| source.pixel((place / 256) as u32, (place % 256) as u32);
-        let not_finite = snapshot.total(counters::NOT_FINITE);
+        let not_finite = self.latest.as_ref().map_or(0, |snapshot| snapshot.total(counters::NOT_FINITE));
         let film = Film::gather(leaves, pixels, self.buffers.sizes.places() as usize, &words, pixel_of, not_finite);
-        let resolved = snapshot.control.resolved;
         match film.samples().iter().position(|samples| *samples != resolved) {
             Some(pixel) => Err(Error::Conservation(format!("pixel {pixel} has {} samples, not {resolved}", film.samples()[pixel]))),
             None => Ok(film),
