@@ -34,6 +34,7 @@ pub(crate) mod counters {
     pub(crate) const MISSING: u32 = 1;
     pub(crate) const KILLED: u32 = 2;
     pub(crate) const STORAGE_CLAMPED: u32 = 8;
+    pub(crate) const OUT_OF_RANGE: u32 = 9;
     /// Per block: live lanes, lanes killed by roulette, their chances condensed for block roulette.
     pub(crate) const BLOCKS: u32 = 16;
     /// Words per block.
@@ -136,6 +137,7 @@ pub(crate) fn declarations() -> String {
         ("WF_MISSING", counters::MISSING),
         ("WF_KILLED", counters::KILLED),
         ("WF_STORAGE_CLAMPED", counters::STORAGE_CLAMPED),
+        ("WF_OUT_OF_RANGE", counters::OUT_OF_RANGE),
         ("WF_BLOCK_COUNTERS", counters::BLOCKS),
         ("WF_COUNTERS_PER_BLOCK", counters::PER_BLOCK),
     ];

@@ -190,6 +190,7 @@ impl Scheduler {
             items_killed: counter_64(control.items_killed) + u64::from(snapshot.counters[counters::KILLED as usize]),
             not_finite: u64::from(snapshot.counters[counters::NOT_FINITE as usize]),
             storage_clamped: u64::from(snapshot.counters[counters::STORAGE_CLAMPED as usize]),
+            out_of_range: u64::from(snapshot.counters[counters::OUT_OF_RANGE as usize]),
             passes: control.resolved,
             pool_blocks: sizes.pool_blocks,
             ring: sizes.ring,
