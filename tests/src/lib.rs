@@ -2,6 +2,7 @@
 //!
 //! **Invariant:** a test that cannot run says so on one line, or fails when `WAVEPOOL_NO_SKIP=1`.
 
+pub mod arrays;
 pub mod border;
 pub mod covering;
 pub mod device;

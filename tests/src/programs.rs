@@ -2,13 +2,26 @@
 
 use wavepool::Program;
 
-use crate::{border, memory, traps};
+use crate::{arrays, border, memory, traps};
 
 /// Every program of this module.
 pub fn all() -> Vec<fn() -> Program> {
-    vec![collatz, hops, border::program, enclosure, unequal, identity_sum, not_finite, waiting, memory::relay, memory::packed, || {
-        trap(&traps::TRAPS[0])
-    }]
+    vec![
+        collatz,
+        hops,
+        border::program,
+        enclosure,
+        unequal,
+        identity_sum,
+        not_finite,
+        waiting,
+        memory::relay,
+        memory::packed,
+        arrays::web,
+        arrays::packed_web,
+        arrays::out_of_range,
+        || trap(&traps::TRAPS[0]),
+    ]
 }
 
 fn build(name: &str, wgsl: String, stages: &[&str]) -> Program {

@@ -59,6 +59,7 @@ pub(crate) mod counters {
     pub(crate) const AUDIT_KILLED: u32 = 7;
     pub(crate) const AFTER_AUDIT: u32 = 8;
     pub(crate) const STORAGE_CLAMPED: u32 = 8;
+    pub(crate) const OUT_OF_RANGE: u32 = 9;
     /// The program's named counters and assertions.
     pub(crate) const NAMED: u32 = 16;
     /// Named counters and assertions that a program may have.
@@ -224,6 +225,7 @@ pub(crate) fn declarations() -> String {
         ("WF_AUDIT_KILLED", counters::AUDIT_KILLED),
         ("WF_AFTER_AUDIT", counters::AFTER_AUDIT),
         ("WF_STORAGE_CLAMPED", counters::STORAGE_CLAMPED),
+        ("WF_OUT_OF_RANGE", counters::OUT_OF_RANGE),
         ("WF_BLOCK_COUNTERS", counters::BLOCKS),
         ("WF_COUNTERS_PER_BLOCK", counters::PER_BLOCK),
     ];

@@ -6,6 +6,7 @@ use wavepool::{
     policy::{BlockInPlace, RouletteScope, Statistic},
 };
 use wavepool_tests::{
+    arrays,
     device::{gpu, run},
     memory,
 };
@@ -86,5 +87,18 @@ fn formats_are_as_exact_as_they_say() {
         eprintln!("{}: largest error {worst:.3e}, bound {bound:.3e}", storage.name());
         assert!(worst <= bound && worst > bound * 0.6, "{}: {worst:e}, bound {bound:e}", storage.name());
         assert_eq!(report.storage_clamped, 0, "{}", storage.name());
+    }
+}
+
+/// Kills: an index that is clamped or wraps into another place, in any execution; accesses beyond the end that nobody counts.
+#[test]
+fn places_that_do_not_exist_are_counted() {
+    let Some(gpu) = gpu() else { return };
+    for schedule in [Schedule::never(), Schedule::block().with_pool_blocks(2), Schedule::megakernel()] {
+        let (film, report) = run(gpu, &arrays::out_of_range(), LinearRange { count: 1000 }, 3, &schedule);
+        assert_eq!(report.out_of_range, 4 * 3000, "{schedule}");
+        for pixel in 0..film.pixels() {
+            assert_eq!([0, 1, 2].map(|leaf| film.sum(pixel, leaf)), [3.0 * pixel as f64, 0.0, 0.0], "{schedule}");
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use wavepool::{ImageTiles, LinearRange, Program, Schedule, policy::WorkSource};
 use wavepool_tests::{
-    border,
+    arrays, border,
     device::{gpu, run},
     memory, programs,
     traps::TRAPS,
@@ -29,6 +29,7 @@ fn poison_never_shows() {
     assert_untouched(&programs::hops(), ImageTiles { width: 40, height: 24 }, 3, &POISONS);
     assert_untouched(&border::program(), ImageTiles { width: 33, height: 17 }, 2, &POISONS);
     assert_untouched(&memory::packed(), LinearRange { count: 1500 }, 2, &POISONS);
+    assert_untouched(&arrays::packed_web(), LinearRange { count: 1500 }, 2, &POISONS);
     assert_untouched(&memory::relay(), LinearRange { count: 1500 }, 2, &POISONS);
     assert_untouched(&programs::enclosure(), LinearRange { count: 700 }, 2, &POISONS);
 }

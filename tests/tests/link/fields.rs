@@ -81,3 +81,78 @@ fn a_cell_moves_as_a_whole() {
         assert_eq!(sum, layout.kernels[kernel].bytes());
     }
 }
+
+const ARRAY_STATE: &str = "struct Vertex { position: vec3f, weight: f32 }
+struct Walk { count: u32, vertices: array<Vertex, 4>, sum: f32 }
+fn generate(w: ptr<function, Walk>, item: Item) { store_vertices(w, 0u, Vertex(vec3f(1.0), 2.0)); }
+fn finish(w: ptr<function, Walk>) -> f32 { return (*w).sum; }
+";
+
+fn array_refusal(member: &str, wgsl: &str) -> String {
+    let builder = Program::builder("arrays").source("arrays.wgsl", format!("{ARRAY_STATE}{wgsl}")).stage("walk");
+    builder.array(member).build().expect_err("refused").to_string()
+}
+
+/// Kills: a walk that passes by the accessors, which the wavefront would not see; a place shown in the wrong line; no way out named.
+#[test]
+fn arrays_are_reached_through_accessors_alone() {
+    let walk =
+        |body: &str| array_refusal("vertices", &format!("fn walk(w: ptr<function, Walk>) -> u32 {{\n    {body}\n    return FINISH;\n}}\n"));
+    assert_eq!(
+        walk("(*w).sum = (*w).vertices[(*w).count].weight;"),
+        "error: `walk` reaches into the array `vertices`
+  ┌─ arrays.wgsl:6:16
+  │
+6 │     (*w).sum = (*w).vertices[(*w).count].weight;
+  │                ^^^^^^^^^^^^^ use `load_vertices(state, index)` and `store_vertices(state, index, value)`"
+    );
+    assert_eq!(
+        walk("*w = Walk();"),
+        "error: `walk` assigns the whole state, which holds `vertices`
+  ┌─ arrays.wgsl:6:5
+  │
+6 │     *w = Walk();
+  │     ^^^^^^^^^^^ assign the members that change"
+    );
+    assert_eq!(
+        walk("var other: Walk; store_vertices(&other, 0u, Vertex());"),
+        "error: `walk` makes a second state `other`, with `vertices`
+  ┌─ arrays.wgsl:6:5
+  │
+6 │     var other: Walk; store_vertices(&other, 0u, Vertex());
+  │     ^^^^^^^^^^^^^^^ there is one state per lane: keep the members that you need"
+    );
+    let copy = walk("let all = *w; (*w).sum = all.sum;");
+    assert!(copy.starts_with("error: `walk` copies the whole state, which holds `vertices`") && copy.contains("arrays.wgsl:5:9"), "{copy}");
+    assert_eq!(
+        array_refusal("vertices", "fn load_vertices() {}\nfn walk(w: ptr<function, Walk>) -> u32 { return FINISH; }\n"),
+        "error: `load_vertices` is declared by the scheduler for the array `vertices`
+  ┌─ arrays.wgsl:5:4
+  │
+5 │ fn load_vertices() {}
+  │    ^^^^^^^^^^^^^ choose another name"
+    );
+    let sound = "fn walk(w: ptr<function, Walk>) -> u32 { return FINISH; }\n";
+    assert_eq!(array_refusal("vertexes", sound), "field `vertexes`: `Walk` has no such member; it has count, vertices, sum");
+    assert_eq!(array_refusal("sum", sound), "field `sum`: it is `f32`; accessors are for `array<ELEMENT, LENGTH>`");
+}
+
+/// Kills: an array in the leaves' planes; a row without its bytes or without who loads and stores; planes for what nobody loads.
+#[test]
+fn an_array_has_one_row() {
+    let layout = wavepool_tests::arrays::packed_web().layout(None);
+    let rows = layout.rows();
+    let row = rows.iter().find(|row| row.leaf == "vertices[6]").unwrap_or_else(|| panic!("no row\n{}", layout.table()));
+    // Position and direction in a word each, weight, mark.
+    assert_eq!(row.bytes, 6 * 4 * 4);
+    assert_eq!(row.stages.iter().map(|moves| moves.marks()).collect::<Vec<_>>(), ["rw", "rf"]);
+    assert_eq!((row.stages[0].bytes_read, row.stages[1].bytes_written), (16, 0));
+    assert!(layout.table().contains("96 bytes"), "{}", layout.table());
+    let links = layout.arrays.iter().find(|array| array.name == "links").expect("it is there");
+    assert_eq!(links.plane, row.plane.map(|plane| plane + 24));
+    assert_eq!(layout.planes(), links.plane.unwrap_or(0) + 5);
+    assert!(layout.plane_of.iter().flatten().all(|plane| Some(*plane) < row.plane));
+    let text = format!("{ARRAY_STATE}fn walk(w: ptr<function, Walk>) -> u32 {{ (*w).sum += 1.0; return FINISH; }}");
+    let unread = Program::builder("unread").source("unread.wgsl", text).stage("walk").array("vertices").build().expect("a program");
+    assert_eq!(unread.layout(None).planes(), 2);
+}

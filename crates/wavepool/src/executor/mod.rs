@@ -174,6 +174,8 @@ pub struct Report {
     pub not_finite: u64,
     /// Values that a storage format changed by more than rounding.
     pub storage_clamped: u64,
+    /// Accesses to arrays of the state beyond their end.
+    pub out_of_range: u64,
     /// Passes in the film.
     pub passes: u32,
     /// Blocks of the pool.

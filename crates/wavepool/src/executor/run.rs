@@ -546,6 +546,7 @@ impl Run<'_> {
         report.items_killed = counter_64(control.items_killed) + snapshot.total(counters::KILLED);
         report.not_finite = snapshot.total(counters::NOT_FINITE);
         report.storage_clamped = snapshot.total(counters::STORAGE_CLAMPED);
+        report.out_of_range = snapshot.total(counters::OUT_OF_RANGE);
         report.passes = control.resolved;
         report.pool_blocks = sizes.pool_blocks;
         report.banks = sizes.banks;

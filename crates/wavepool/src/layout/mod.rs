@@ -17,7 +17,7 @@ pub(crate) use cells::{Field, cells, fields, over_cells};
 pub use leaves::{Leaf, Scalar};
 pub(crate) use leaves::{MOST_LEAVES, flatten, leaf_count};
 pub(crate) use planes::lay_out;
-pub use planes::{KernelTraffic, Layout};
+pub use planes::{ArrayPlanes, KernelTraffic, Layout};
 pub use table::{Moves, Row};
 
 /// Lanes in a block, items in a tile and invocations in a work-group.

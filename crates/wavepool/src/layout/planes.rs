@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     policy::RouletteScope,
-    shader::{Interface, LeafSet, Summary, Written, join_alternatives, then},
+    shader::{Interface, LeafSet, StateArray, Summary, Written, join_alternatives, then},
 };
 
 /// What one kernel moves per live lane and step.
@@ -29,12 +29,37 @@ pub struct KernelTraffic {
     /// Stored by lanes that continue.
     pub store: LeafSet,
     words: (usize, usize),
+    /// True when `finish` may run in it.
+    pub(super) ends: bool,
 }
 
 impl KernelTraffic {
     /// Bytes read and written per lane that continues, the lane's flag included.
     pub fn bytes(&self) -> (usize, usize) {
         (4 + 4 * self.words.0, 4 * self.words.1)
+    }
+}
+
+/// Where an array lies that stages reach through accessors.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct ArrayPlanes {
+    /// The member of the state.
+    pub name: String,
+    /// Elements.
+    pub length: u32,
+    /// The stored words of one element, as reached from it.
+    pub cells: Vec<Cell>,
+    /// Word `cell` of element `index` lies in plane `plane + index * cells + cell`; `None` when nobody loads.
+    pub plane: Option<u32>,
+    /// Functions of the contract that call its accessors: name, loads, stores.
+    pub users: Vec<(String, bool, bool)>,
+}
+
+impl ArrayPlanes {
+    /// Planes of the whole array, when it has any.
+    pub fn planes(&self) -> u32 {
+        self.length * self.cells.len() as u32
     }
 }
 
@@ -51,6 +76,8 @@ pub struct Layout {
     pub generate: LeafSet,
     /// In the order of the stages.
     pub kernels: Vec<KernelTraffic>,
+    /// Behind the other planes, and never shared.
+    pub arrays: Vec<ArrayPlanes>,
     unshared: u32,
     least: u32,
 }
@@ -58,6 +85,12 @@ pub struct Layout {
 impl Layout {
     /// 32-bit planes per block, the flag included.
     pub fn planes(&self) -> u32 {
+        let end = |array: &ArrayPlanes| array.plane.map(|plane| plane + array.planes());
+        self.arrays.iter().filter_map(end).max().unwrap_or(self.leaf_planes())
+    }
+
+    /// Planes of the flag and of all leaves outside of arrays.
+    fn leaf_planes(&self) -> u32 {
         1 + self.plane_of.iter().flatten().max().copied().unwrap_or(0)
     }
 
@@ -91,7 +124,7 @@ impl Layout {
     /// Planes of leaves in which `generate` leaves nothing.
     pub(crate) fn planes_not_born(&self) -> Vec<u32> {
         let born = |plane: &u32| self.generate.iter().any(|leaf| self.plane_of[leaf] == Some(*plane));
-        (1..self.planes()).filter(|plane| !born(plane)).collect()
+        (1..self.leaf_planes()).filter(|plane| !born(plane)).collect()
     }
 
     /// Words that the leaves of a set make up.
@@ -212,7 +245,9 @@ pub(crate) fn lay_out(interface: &Interface, scope: Option<RouletteScope>, is_sh
         let load_late = late_at_exit[index].difference(&load);
         kept = kept.union(&load).union(&load_late).union(&load_killed);
         let moved = (words(&interface.cells, &load), words(&interface.cells, &store));
-        traffic.push(KernelTraffic { stage: interface.stages[index].name.clone(), load, load_late, load_killed, store, words: moved });
+        let ends = kernels[index].on_finish.is_some() || (is_by_block && index == 0);
+        let stage = interface.stages[index].name.clone();
+        traffic.push(KernelTraffic { stage, load, load_late, load_killed, store, words: moved, ends });
     }
     let cells: Vec<&Cell> = interface.cells.iter().filter(|cell| cell.touches(&kept)).collect();
     // The sets hold whole cells: the first leaf stands for all.
@@ -223,7 +258,20 @@ pub(crate) fn lay_out(interface: &Interface, scope: Option<RouletteScope>, is_sh
         plane_of[cell.leaves.clone()].fill(Some(1 + plane));
     }
     let generate = live_in.first().cloned().unwrap_or_default();
-    let (unshared, least) = (1 + cells.len() as u32, 1 + most_live(&first, &live_in));
+    let mut next = 1 + plane_of.iter().flatten().max().copied().unwrap_or(0);
+    let arrays: Vec<ArrayPlanes> = interface
+        .arrays
+        .iter()
+        .map(|array| {
+            let StateArray { name, length, cells, users, .. } = array.clone();
+            let plane = array.is_kept().then_some(next);
+            let planes = ArrayPlanes { name, length, cells, plane, users };
+            next += plane.map_or(0, |_| planes.planes());
+            planes
+        })
+        .collect();
+    let in_arrays: u32 = arrays.iter().filter(|array| array.plane.is_some()).map(ArrayPlanes::planes).sum();
+    let (unshared, least) = (1 + cells.len() as u32 + in_arrays, 1 + most_live(&first, &live_in) + in_arrays);
     let (leaves, cells) = (interface.leaves.clone(), interface.cells.clone());
-    Layout { leaves, cells, plane_of, generate, kernels: traffic, unshared, least }
+    Layout { leaves, cells, plane_of, generate, kernels: traffic, arrays, unshared, least }
 }

@@ -2,25 +2,28 @@
 //!
 //! **Invariant:** the text is printed from the rows; whatever it shows, a program can read.
 
-use super::{Layout, Storage};
+use super::{ArrayPlanes, Layout, Storage};
 
-/// One stored word of the state, or one leaf that is never stored, and who moves it.
+/// One stored word of the state, one leaf that is never stored, or an array behind accessors; and who moves it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Row {
-    /// As WGSL reaches it from the state, without the leading dot: `origin.x`, or `direction` in a packed format.
+    /// As WGSL reaches it from the state, without the leading dot: `origin.x`, or `direction` in a packed format,
+    /// `vertices[8]` for an array.
     pub leaf: String,
     /// How it is kept.
     pub storage: Storage,
     /// Where; `None` when it never outlives a kernel. Rows may share a plane.
     pub plane: Option<u32>,
-    /// True when a newly assigned block stores it.
+    /// Bytes that it takes per lane.
+    pub bytes: u32,
+    /// True when a newly assigned block stores it; arrays are zeroed.
     pub is_born: bool,
     /// In the order of the stages.
     pub stages: Vec<Moves>,
 }
 
-/// What the kernel of one stage does with one row, per lane and step.
+/// What the kernel of one stage does with one row, per lane and step; with an array, per call of an accessor.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Moves {
@@ -63,11 +66,38 @@ impl Layout {
                 leaf: cell.path.trim_start_matches('.').to_owned(),
                 storage: cell.storage,
                 plane: self.plane_of[leaf],
+                bytes: self.plane_of[leaf].map_or(0, |_| 4),
                 is_born: self.generate.contains(leaf),
                 stages: stages.collect(),
             }
         };
-        self.cells.iter().map(row).collect()
+        self.cells.iter().map(row).chain(self.arrays.iter().map(|array| self.array_row(array))).collect()
+    }
+
+    fn array_row(&self, array: &ArrayPlanes) -> Row {
+        let used_by = |name: &str| array.users.iter().find(|(user, ..)| user == name).map_or((false, false), |user| (user.1, user.2));
+        let size = 4 * array.cells.len() as u32;
+        let stages = self.kernels.iter().map(|kernel| {
+            let (is_loaded, is_stored) = used_by(&kernel.stage);
+            let (bytes_read, bytes_written) = (size * u32::from(is_loaded), size * u32::from(is_stored));
+            Moves {
+                stage: kernel.stage.clone(),
+                is_loaded,
+                is_late: kernel.ends && used_by("finish").0,
+                is_killed: false,
+                is_stored,
+                bytes_read,
+                bytes_written,
+            }
+        });
+        Row {
+            leaf: format!("{}[{}]", array.name, array.length),
+            storage: Storage::Word,
+            plane: array.plane,
+            bytes: array.plane.map_or(0, |_| 4 * array.planes()),
+            is_born: array.plane.is_some(),
+            stages: stages.collect(),
+        }
     }
 
     /// The table `leaves x stages`: `r` loaded, `f` loaded when finishing, `k` loaded when killed with the block, `w` stored. A column
@@ -89,6 +119,9 @@ impl Layout {
             text.push('\n');
             text.push_str(&head(&row.leaf, storage, &plane, if row.is_born { "w" } else { "" }));
             text.extend(row.stages.iter().map(|moves| column(&moves.stage, &moves.marks())));
+            if row.bytes > 4 {
+                text.push_str(&format!("  {} bytes, by element", row.bytes));
+            }
         }
         text.push('\n');
         let born = 4 + 4 * self.words(&self.generate);

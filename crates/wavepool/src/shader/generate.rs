@@ -9,7 +9,7 @@
 use std::fmt::Write as _;
 
 use super::{
-    Interface, LeafSet, gamble,
+    Interface, LeafSet, arrays, gamble,
     storage::{load, pin, poison_planes, poison_state, settle, settle_stage, store, to_word},
 };
 use crate::{
@@ -122,6 +122,7 @@ pub(crate) fn kernels(glue: &Glue) -> String {
         out.push_str(&roulette.wgsl());
     }
     pin(glue, &mut out);
+    arrays::accessors(glue, &mut out);
     complete(glue, &mut out);
     match glue.execution {
         Execution::Wavefront => {
@@ -193,9 +194,11 @@ fn generate_kernel(glue: &Glue, out: &mut String) {
          let wf_item = wf_item_of(wf_tile, wf_block_pass(wf_block), wf_lane);\n    \
          if (wf_item.pixel == WF_NONE) {{ wf_bank[wf_base] = 0u; return; }}\n    \
          wf_bank[wf_base] = 1u;\n    \
-         var wf_state = {}();\n    \
+         {}{}var wf_state = {}();\n    \
          {}(&wf_state, wf_item);\n",
         glue.layout.stride(),
+        arrays::enter(glue),
+        arrays::clear(glue),
         glue.interface.state,
         glue.names.generate
     );
@@ -250,9 +253,10 @@ fn stage_kernel(glue: &Glue, index: usize, out: &mut String) {
          let wf_block = wf_live_block(wf_slot);\n    \
          let wf_base = (wf_block - wf_bank_of.y) * {}u + wf_lane;\n    \
          if (wf_bank[wf_base] == 0u) {{ return; }}\n    \
-         var wf_state = {}();\n",
+         {}var wf_state = {}();\n",
         stage.name,
         glue.layout.stride(),
+        arrays::enter(glue),
         glue.interface.state
     );
     poison_state(glue, &traffic.load, out);

@@ -136,8 +136,10 @@ impl Summary {
 }
 
 /// Summarises `function` with respect to its argument number `argument`, a pointer to the state.
-pub(crate) fn analyse(module: &Module, function: Handle<Function>, argument: u32) -> Summary {
-    let mut memo = HashMap::new();
+/// Functions in `opaque` are taken to touch nothing.
+pub(crate) fn analyse(module: &Module, function: Handle<Function>, argument: u32, opaque: &[Handle<Function>]) -> Summary {
+    let nothing = Summary { on_continue: Some(Written::default()), ..Summary::default() };
+    let mut memo = opaque.iter().map(|function| ((*function, 0), nothing.clone())).collect();
     summarise(module, function, argument, &mut memo)
 }
 

@@ -6,7 +6,7 @@ use std::{collections::BTreeSet, ops::Range};
 
 use naga::{AddressSpace, Expression, Function, Handle, Module, Span, Statement, StorageAccess, Type, TypeInner};
 
-use super::{Composition, Diagnostic, Summary, analyse, rules::each_statement};
+use super::{Composition, DeclaredArray, Diagnostic, StateArray, Summary, analyse, rules::each_statement};
 use crate::{
     layout::{Cell, Field, Leaf, MOST_LEAVES, Scalar, fields, flatten, leaf_count},
     program::Names,
@@ -20,6 +20,8 @@ pub(crate) struct Interface {
     /// What formats can be declared for, and the words that the declared ones make.
     pub(crate) fields: Vec<Field>,
     pub(crate) cells: Vec<Cell>,
+    /// Members that stages reach through accessors; their leaves belong to no cell above.
+    pub(crate) arrays: Vec<StateArray>,
     pub(crate) result: Vec<Leaf>,
     pub(crate) generate: Summary,
     pub(crate) stages: Vec<StageFacts>,
@@ -66,11 +68,11 @@ pub(super) struct Inspector<'a> {
 }
 
 /// Parses, validates and inspects; the returned diagnostics are complete as far as later ones do not follow from earlier ones.
-pub(crate) fn inspect(composition: &Composition, names: &Names) -> Result<Interface, Vec<Diagnostic>> {
+pub(crate) fn inspect(composition: &Composition, names: &Names, arrays: &[DeclaredArray]) -> Result<Interface, Vec<Diagnostic>> {
     let module = composition.parse().map_err(|diagnostic| vec![diagnostic])?;
     let item = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some("Item")).map(|(handle, _)| handle);
     let mut inspector = Inspector { module, composition, errors: Vec::new(), state: None, item };
-    let interface = inspector.interface(names);
+    let interface = inspector.interface(names, arrays);
     match interface {
         Some(interface) if inspector.errors.is_empty() => Ok(interface),
         _ => Err(inspector.errors),
@@ -100,7 +102,7 @@ impl Role {
 }
 
 impl Inspector<'_> {
-    fn interface(&mut self, names: &Names) -> Option<Interface> {
+    fn interface(&mut self, names: &Names, declared: &[DeclaredArray]) -> Option<Interface> {
         for entry in &self.module.entry_points {
             let message = format!("`{}` is an entry point", entry.name);
             let place = self.composition.declaration(&entry.name);
@@ -152,18 +154,30 @@ impl Inspector<'_> {
         // What naga cannot write stops it even where nobody calls it.
         let all: Vec<_> = self.module.functions.iter().map(|(handle, _)| handle).collect();
         all.iter().for_each(|function| self.check_pointers(*function));
+        let accessors = self.accessor_functions(declared);
+        if !declared.is_empty() {
+            functions
+                .difference(&accessors.iter().copied().collect())
+                .for_each(|function| self.check_array_use(*function, state, declared));
+        }
+        let mut roles = vec![(names.generate.clone(), generate), (names.finish.clone(), finish)];
+        roles.extend(stages.iter().cloned());
+        roles.extend(survival.map(|function| (names.survival.clone(), function)));
+        roles.extend(reweight.map(|function| (names.reweight.clone(), function)));
+        let arrays = self.arrays(state, declared, &roles);
         let resources = self.resources(&globals);
         if !self.errors.is_empty() {
             return None;
         }
         let module = &self.module;
         let functions = functions.iter().filter_map(|function| module.functions[*function].name.clone()).collect();
-        let summary = |function| analyse(module, function, 0);
+        let summary = |function| analyse(module, function, 0, &accessors);
         Some(Interface {
             state: self.type_name(state),
             leaves,
             fields: fields(module, state),
             cells: Vec::new(),
+            arrays,
             result,
             generate: summary(generate),
             stages: stages
@@ -263,7 +277,7 @@ impl Inspector<'_> {
     }
 
     /// Functions called from the roots, and global variables these use.
-    fn reachable(&self, roots: &[Handle<Function>]) -> (BTreeSet<Handle<Function>>, BTreeSet<Handle<naga::GlobalVariable>>) {
+    pub(super) fn reachable(&self, roots: &[Handle<Function>]) -> (BTreeSet<Handle<Function>>, BTreeSet<Handle<naga::GlobalVariable>>) {
         let mut functions = BTreeSet::new();
         let mut globals = BTreeSet::new();
         let mut open = roots.to_vec();

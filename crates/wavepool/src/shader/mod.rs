@@ -5,6 +5,7 @@
 //!
 //! **Invariant:** generated names begin with `wf_`; user modules may not use such names.
 
+mod arrays;
 mod compose;
 mod diagnostic;
 mod gamble;
@@ -16,6 +17,7 @@ mod rules;
 mod scan;
 mod storage;
 
+pub(crate) use arrays::{DeclaredArray, StateArray, find_arrays, plain_accessors};
 pub use compose::SourceModule;
 pub(crate) use compose::{Composition, compose};
 pub use diagnostic::Diagnostic;

@@ -245,3 +245,62 @@ pub(super) fn reserved(name: &str) -> Option<String> {
 pub(crate) fn is_identifier(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
 }
+
+/// The state's type: that behind the first argument of the function `generate`.
+pub(super) fn state_struct(text: &str, generate: &str) -> Option<String> {
+    let (code, _) = without_comments(text);
+    let words: Vec<Range<usize>> = tokens(&code, 0).collect();
+    let word = |index: usize| words.get(index).map_or(&b""[..], |token| &code[token.clone()]);
+    let expected: [&[u8]; 10] = [b"fn", generate.as_bytes(), b"(", b"", b":", b"ptr", b"<", b"function", b",", b""];
+    let is_head = |start: usize| expected.iter().enumerate().all(|(index, part)| part.is_empty() || word(start + index) == *part);
+    (0..words.len()).find(|start| is_head(*start)).map(|start| String::from_utf8_lossy(word(start + 9)).into_owned())
+}
+
+/// Members of the struct `name` with their types as written.
+pub(super) fn members(text: &str, name: &str) -> Vec<(String, String)> {
+    let (code, _) = without_comments(text);
+    let words: Vec<Range<usize>> = tokens(&code, 0).collect();
+    let word = |index: usize| words.get(index).map_or(&b""[..], |token| &code[token.clone()]);
+    let head = (0..words.len()).find(|at| word(*at) == b"struct" && word(at + 1) == name.as_bytes() && word(at + 2) == b"{");
+    let Some(mut at) = head.map(|head| head + 3) else { return Vec::new() };
+    let mut members = Vec::new();
+    while at < words.len() && word(at) != b"}" {
+        if word(at + 1) != b":" {
+            // An attribute or a comma.
+            at += 1;
+            continue;
+        }
+        let (start, mut depth) = (at + 2, 0_i32);
+        let mut end = start;
+        while end < words.len() && !(depth == 0 && matches!(word(end), b"," | b"}")) {
+            depth += match word(end) {
+                b"<" | b"(" => 1,
+                b">" | b")" => -1,
+                _ => 0,
+            };
+            end += 1;
+        }
+        if end > start {
+            let ty = &code[words[start].start..words[end - 1].end];
+            members.push((String::from_utf8_lossy(word(at)).into_owned(), String::from_utf8_lossy(ty).into_owned()));
+        }
+        at = end;
+    }
+    members
+}
+
+/// Element and length of `array<ELEMENT, LENGTH>`.
+pub(super) fn array_parts(ty: &str) -> Option<(String, String)> {
+    let inner = ty.strip_prefix("array")?.trim().strip_prefix('<')?.strip_suffix('>')?.trim().trim_end_matches(',');
+    let mut depth = 0;
+    let comma = inner.char_indices().filter(|(_, c)| {
+        depth += match c {
+            '<' | '(' => 1,
+            '>' | ')' => -1,
+            _ => 0,
+        };
+        *c == ',' && depth == 0
+    });
+    let (element, length) = inner.split_at(comma.last()?.0);
+    Some((element.trim().to_owned(), length[1..].trim().to_owned()))
+}

@@ -37,17 +37,21 @@ pub(super) fn pin(glue: &Glue, out: &mut String) {
     let one = if glue.pins { pinned(Scalar::F32, "x") } else { "x".into() };
     let _ = writeln!(out, "fn wf_pin_f32(x: f32) -> f32 {{ return {one}; }}");
     let _ = writeln!(out, "fn wf_pin(wf_state: ptr<function, {}>) {{", glue.interface.state);
-    pin_leaves(glue, &glue.interface.leaves, "(*wf_state)", out);
+    let is_element = |leaf: usize| glue.interface.arrays.iter().any(|array| array.leaves.contains(&leaf));
+    let mut leaves = glue.interface.leaves.iter().enumerate().filter(|(leaf, _)| !is_element(*leaf)).map(|(_, leaf)| leaf);
+    pin_leaves(glue, &mut leaves, "(*wf_state)", out);
     out.push_str("}\n");
     for storage in Storage::ALL {
-        if glue.interface.cells.iter().any(|cell| cell.storage == storage) {
+        let elements = glue.interface.arrays.iter().flat_map(|array| &array.cells);
+        if glue.interface.cells.iter().chain(elements).any(|cell| cell.storage == storage) {
             format_functions(storage, out);
         }
     }
 }
 
-fn pin_leaves(glue: &Glue, leaves: &[Leaf], place: &str, out: &mut String) {
-    for leaf in leaves.iter().filter(|_| glue.pins) {
+/// Pins the leaves of whatever lies at `place`.
+pub(super) fn pin_leaves(glue: &Glue, leaves: &mut dyn Iterator<Item = &Leaf>, place: &str, out: &mut String) {
+    for leaf in leaves.filter(|_| glue.pins) {
         let place = format!("{place}{}", leaf.path);
         let _ = writeln!(out, "    {place} = {};", pinned(leaf.scalar, &place));
     }
@@ -73,7 +77,7 @@ fn format_functions(storage: Storage, out: &mut String) {
 }
 
 /// The word of a cell that lies at `place`.
-fn packed(cell: &Cell, leaves: &[Leaf], place: &str) -> String {
+pub(super) fn packed(cell: &Cell, leaves: &[Leaf], place: &str) -> String {
     let value = format!("{place}{}", cell.path);
     match cell.storage {
         Storage::Word => to_word(leaves[cell.leaves.start].scalar, &value),
@@ -82,7 +86,7 @@ fn packed(cell: &Cell, leaves: &[Leaf], place: &str) -> String {
 }
 
 /// The value of a cell from its word.
-fn unpacked(cell: &Cell, leaves: &[Leaf], word: &str) -> String {
+pub(super) fn unpacked(cell: &Cell, leaves: &[Leaf], word: &str) -> String {
     match cell.storage {
         Storage::Word => from_word(leaves[cell.leaves.start].scalar, word),
         storage => format!("wf_unpack_{}({word})", storage.name()),
