@@ -94,6 +94,8 @@ fn turn(p: ptr<function, Packed>) -> u32 {
     (*p).direction = reflect((*p).direction, (*p).normal);
     if (u.x < 0.3) { (*p).direction = normalize((*p).direction + (u.yzw - 0.5)); }
     (*p).beta *= vec3f(0.97, 0.9, 0.8);
+    // Half of a cell for certain, the other half never.
+    (*p).uv.y = u.y + u.z;
     if ((*p).step > 6u + ((*p).key.x / 256u * 11u) % 40u) { return FINISH; }
     return CONTINUE;
 }
