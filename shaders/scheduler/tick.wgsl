@@ -3,8 +3,9 @@
 // Assignment follows the order of the blocks by prefix sums, never the order of atomics.
 // Source: Frolov and Galaktionov, Low overhead path regeneration, 2016.
 
-// Sums over the invocations up to each.
+// What each invocation brings to a scan, then sums within segments of 16, and what each segment adds up to.
 var<workgroup> wf_scan: array<vec2u, 256>;
+var<workgroup> wf_segments: array<vec2u, 16>;
 // Tiles retired in this tick, per slot of the result ring.
 var<workgroup> wf_retired: array<atomic<u32>, WF_MAX_RING>;
 var<workgroup> wf_live_lanes: atomic<u32>;
@@ -35,12 +36,13 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
 
     // Retire blocks that died, count the others.
     var count = vec2u(0u);
+    var live_lanes = 0u;
     for (var block = first; block < end; block++) {
         if (wf_block_tile(block) != WF_NONE) {
             let lanes = atomicLoad(&wf_counters[wf_live_counter(block)]);
             if (lanes > 0u) {
                 count.x += 1u;
-                atomicAdd(&wf_live_lanes, lanes);
+                live_lanes += lanes;
                 wf_tile_goes_on(block, lanes);
                 wf_gamble(block, lanes);
                 continue;
@@ -53,9 +55,10 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
         count.y += 1u;
     }
 
+    atomicAdd(&wf_live_lanes, live_lanes);
     let before = wf_sums_before(lane, count);
     if (lane == 0u) {
-        wf_decide(wf_scan[255]);
+        wf_decide(wf_segments_before(16u));
     }
     workgroupBarrier();
     wf_order_passes(lane);
@@ -64,9 +67,13 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
     let assignment = wf_assignment;
     var dead = before.y;
     var listed = before.x + min(before.y, assignment.x);
+    var bank = (first + wf_control.bank_blocks - 1u) / wf_control.bank_blocks;
+    var bank_first = bank * wf_control.bank_blocks;
     for (var block = first; block < end; block++) {
-        if (block % wf_control.bank_blocks == 0u) {
-            wf_bank_starts[block / wf_control.bank_blocks] = vec2u(listed, min(dead, assignment.x));
+        if (block == bank_first) {
+            wf_bank_starts[bank] = vec2u(listed, min(dead, assignment.x));
+            bank += 1u;
+            bank_first += wf_control.bank_blocks;
         }
         if (wf_block_tile(block) == WF_NONE) {
             let rank = dead;
@@ -100,10 +107,10 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
         }
         wf_control.items_started = wf_add_64(wf_control.items_started, new_lanes);
         wf_control.items_killed = wf_add_64(wf_control.items_killed, atomicLoad(&wf_killed_lanes));
-        let live_lanes = atomicLoad(&wf_live_lanes) + new_lanes;
-        wf_control.lane_steps = wf_add_64(wf_control.lane_steps, live_lanes);
+        let lanes = atomicLoad(&wf_live_lanes) + new_lanes;
+        wf_control.lane_steps = wf_add_64(wf_control.lane_steps, lanes);
         wf_count_bank_launches();
-        wf_record_step(live_lanes);
+        wf_record_step(lanes);
     }
 }
 
@@ -157,20 +164,29 @@ fn wf_record_assignment(rank: u32, block: u32, tile: u32) {
     }
 }
 
-// Sums over the invocations before this one; `wf_scan[255]` holds the total until the next call.
+// Sums over the invocations before this one. Two levels of 16 need three barriers, and barriers are what a tick costs.
 fn wf_sums_before(lane: u32, value: vec2u) -> vec2u {
-    var sum = value;
-    wf_scan[lane] = sum;
-    for (var distance = 1u; distance < 256u; distance <<= 1u) {
-        workgroupBarrier();
-        if (lane >= distance) {
-            sum += wf_scan[lane - distance];
+    wf_scan[lane] = value;
+    workgroupBarrier();
+    if (lane < 16u) {
+        var sum = vec2u(0u);
+        for (var i = 16u * lane; i < 16u * lane + 16u; i++) {
+            let next = sum + wf_scan[i];
+            wf_scan[i] = sum;
+            sum = next;
         }
-        workgroupBarrier();
-        wf_scan[lane] = sum;
+        wf_segments[lane] = sum;
     }
     workgroupBarrier();
-    return sum - value;
+    return wf_scan[lane] + wf_segments_before(lane / 16u);
+}
+
+fn wf_segments_before(count: u32) -> vec2u {
+    var sum = vec2u(0u);
+    for (var segment = 0u; segment < count; segment++) {
+        sum += wf_segments[segment];
+    }
+    return sum;
 }
 
 // Takes the decisions of this tick from the number of live and dead blocks.

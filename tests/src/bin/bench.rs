@@ -1,0 +1,173 @@
+//! What scheduling costs on this device: `bench core [--quick]`, called by `cargo xtask bench core`.
+//!
+//! Prints the tick over 4096 blocks, the share of scheduling, the cost of pins and of the wrappers. A number without its device is none, so
+//! the adapter and the commit come first.
+
+use std::{ops::ControlFlow, time::Instant};
+
+use path_tracer::{Renderer, Settings, scene};
+use wavepool::{GpuContext, Instruments, LinearRange, Program, Schedule, Scheduler, layout::Layout};
+use wavepool_lab::{
+    interval::{bootstrap, median},
+    pairs::{compare, ratio},
+};
+use wavepool_tests::programs;
+
+type Failure = Box<dyn std::error::Error>;
+
+fn main() -> Result<(), Failure> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let is_quick = words.iter().any(|word| word == "--quick");
+    let gpu = GpuContext::headless()?;
+    println!("adapter: {}\ncommit:  {}\n", gpu.facts, commit());
+    match words.first().map(String::as_str) {
+        Some("core") => core(&gpu, is_quick),
+        _ => Err("usage: bench core [--quick]".into()),
+    }
+}
+
+fn commit() -> String {
+    let output = std::process::Command::new("git").args(["describe", "--always", "--dirty"]).output();
+    output.ok().and_then(|output| String::from_utf8(output.stdout).ok()).map_or_else(|| "unknown".into(), |text| text.trim().to_owned())
+}
+
+fn core(gpu: &GpuContext, is_quick: bool) -> Result<(), Failure> {
+    tick(gpu)?;
+    wrappers(gpu, is_quick)?;
+    pins(gpu, is_quick)?;
+    share(gpu, is_quick)
+}
+
+/// The tick alone, over a pool whose blocks all live.
+fn tick(gpu: &GpuContext) -> Result<(), Failure> {
+    println!("tick (median over the steps of a run, device timestamps)");
+    for (blocks, order) in [(128, "scanline"), (1024, "scanline"), (4096, "scanline"), (4096, "depth-max")] {
+        let schedule: Schedule = format!("block,order={order}").parse()?;
+        let schedule = schedule.with_pool_blocks(blocks);
+        let instruments = Instruments { times: true, ..Instruments::default() };
+        let source = LinearRange { count: blocks * 256 * 2 };
+        let program = programs::collatz();
+        let builder = Scheduler::builder(&program, source).schedule(&schedule).instruments(instruments).cache(&gpu.cache);
+        let mut scheduler = builder.build(&gpu.device, &gpu.queue)?;
+        scheduler.run(1)?;
+        let (_, report) = scheduler.run(2)?;
+        let Some(times) = &report.observed.times else {
+            println!("  this device has no timestamps");
+            return Ok(());
+        };
+        let live = report.steps;
+        let ticks: Vec<f64> = times
+            .events
+            .iter()
+            .filter(|event| event.kernel == "tick" && (1..live).contains(&event.step))
+            .map(|event| event.duration_ns as f64 / 1e3)
+            .collect();
+        let spread = bootstrap(&ticks, median);
+        println!("  {blocks:5} blocks, {order:10} {:7.1} us [{:.1}, {:.1}], {} ticks", spread.value, spread.low, spread.high, ticks.len());
+    }
+    Ok(())
+}
+
+/// A stage that does next to nothing, with more and more state to move.
+fn mover(leaves: u32) -> Result<Program, wavepool::Error> {
+    let members: String = (0..leaves).map(|leaf| format!("v{leaf}: u32, ")).collect();
+    let moves: String = (0..leaves).map(|leaf| format!("    (*w).v{leaf} += 1u;\n")).collect();
+    let sum: String = (0..leaves).map(|leaf| format!(" + (*w).v{leaf}")).collect();
+    let wgsl = format!(
+        "struct Walk {{ left: u32, {members} }}
+        fn generate(w: ptr<function, Walk>, item: Item) {{ (*w).left = 50u; }}
+        fn hop(w: ptr<function, Walk>) -> u32 {{
+            {moves}    (*w).left -= 1u;
+            if ((*w).left == 0u) {{ return FINISH; }}
+            return CONTINUE;
+        }}
+        fn finish(w: ptr<function, Walk>) -> u32 {{ return (*w).left{sum}; }}"
+    );
+    Program::builder("mover").source("mover.wgsl", wgsl).stage("hop").build()
+}
+
+/// What a wrapper costs by itself: nanoseconds per lane and step against the bytes it moves.
+fn wrappers(gpu: &GpuContext, is_quick: bool) -> Result<(), Failure> {
+    println!("\nwrappers (all lanes live, device timestamps; the stage adds 1 to every leaf)");
+    let blocks = if is_quick { 128 } else { 1024 };
+    for leaves in [0, 4, 16, 32] {
+        let program = mover(leaves)?;
+        let source = LinearRange { count: blocks * 256 };
+        let instruments = Instruments { times: true, ..Instruments::default() };
+        let schedule = Schedule::block().with_pool_blocks(blocks);
+        let builder = Scheduler::builder(&program, source).schedule(&schedule).instruments(instruments).cache(&gpu.cache);
+        let mut scheduler = builder.build(&gpu.device, &gpu.queue)?;
+        let layout: Layout = scheduler.layout().clone();
+        scheduler.run(1)?;
+        let (_, report) = scheduler.run(2)?;
+        let Some(times) = &report.observed.times else { return Ok(()) };
+        let each = |kernel: &str, lanes: u64| {
+            let sum: u64 = times.kernels.iter().filter(|entry| entry.kernel == kernel).map(|entry| entry.nanoseconds).sum();
+            sum as f64 / lanes.max(1) as f64
+        };
+        let (read, written) = layout.kernels[0].bytes();
+        let results = u64::from(report.passes) * u64::from(source.count);
+        println!(
+            "  {:3} bytes read, {:3} written: stage {:6.2} ns per lane-step; generate {:6.2}, resolve {:6.2} ns per item",
+            read,
+            written,
+            each("hop", report.lane_steps),
+            each("generate", results),
+            each("resolve", results)
+        );
+    }
+    Ok(())
+}
+
+/// Pins on against pins off, under wavefront and megakernel.
+fn pins(gpu: &GpuContext, is_quick: bool) -> Result<(), Failure> {
+    println!("\npins (time with over time without, ratio of medians, 95 % interval over ABBA pairs)");
+    let rounds = if is_quick { 5 } else { 15 };
+    let scene = scene::builtin("cornell-box").ok_or("the scene is built in")?;
+    for schedule in ["block", "megakernel"] {
+        let renderer = |pins: bool| -> Result<Renderer, Failure> {
+            let mut settings = Settings::new(128, 128, if is_quick { 2 } else { 4 });
+            settings.schedule = schedule.parse::<Schedule>()?.with_pins(pins);
+            Ok(Renderer::new(gpu, &scene, &settings)?)
+        };
+        let (mut with, mut without) = (renderer(true)?, renderer(false)?);
+        let timed = |renderer: &mut Renderer| -> Result<f64, Failure> {
+            let begun = Instant::now();
+            renderer.render(|_| ControlFlow::Continue(()))?;
+            Ok(begun.elapsed().as_secs_f64())
+        };
+        let spread = ratio(&compare(rounds, || timed(&mut with), || timed(&mut without))?);
+        println!("  cornell-box, {schedule:10} {:.3} [{:.3}, {:.3}], {rounds} pairs", spread.value, spread.low, spread.high);
+    }
+    Ok(())
+}
+
+/// 1 - T(same launches recorded, bookkeeping stripped) / T.
+fn share(gpu: &GpuContext, is_quick: bool) -> Result<(), Failure> {
+    println!("\nscheduling share (1 - stripped / full, ratio of medians, 95 % interval over pairs)");
+    let (side, blocks, rounds) = if is_quick { (512, 256, 3) } else { (1024, 1024, 7) };
+    let scene = scene::builtin("cornell-box").ok_or("the scene is built in")?;
+    for schedule in ["block", "block,order=depth-max", "never"] {
+        let mut settings = Settings::new(side, side, 1);
+        settings.schedule = schedule.parse::<Schedule>()?.with_pool_blocks(blocks);
+        let mut renderer = Renderer::new(gpu, &scene, &settings)?;
+        let cost = renderer.scheduler_mut().scheduling_cost(1, rounds)?;
+        let seconds = |time: &std::time::Duration| time.as_secs_f64();
+        let pairs: Vec<_> = cost
+            .full
+            .iter()
+            .zip(&cost.stripped)
+            .map(|(full, stripped)| wavepool_lab::Pair { first: seconds(stripped), second: seconds(full) })
+            .collect();
+        let spread = ratio(&pairs);
+        println!(
+            "  cornell-box {side}x{side}, 1 sample, {blocks} blocks, {schedule:22} {:5.2} % [{:.2}, {:.2}]; {} steps, {:.0} live blocks in the mean, {rounds} pairs",
+            (1.0 - spread.value) * 100.0,
+            (1.0 - spread.high) * 100.0,
+            (1.0 - spread.low) * 100.0,
+            cost.steps,
+            cost.mean_live_blocks
+        );
+    }
+    Ok(())
+}
