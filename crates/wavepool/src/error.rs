@@ -12,6 +12,22 @@ pub enum Error {
     /// A mistake in the user's WGSL; the text shows file, line and caret.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
     Shader(Vec<Diagnostic>),
+    /// A feature of a program has a name that conditions cannot ask for.
+    #[error("feature `{name}`: {problem}")]
+    Feature {
+        /// As given to the builder.
+        name: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// A constant of a program cannot be declared in WGSL.
+    #[error("constant `{name}`: {problem}")]
+    Constant {
+        /// As given to the builder.
+        name: String,
+        /// What is wrong with its name or its value.
+        problem: String,
+    },
     /// The schedule cannot be carried out as asked.
     #[error("schedule: {0}")]
     Schedule(String),

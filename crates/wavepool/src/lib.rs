@@ -39,5 +39,6 @@ pub use gpu::{AdapterFacts, GpuContext, GpuOptions, adapters};
 pub use policy::{ImageTiles, LinearRange};
 pub use program::{Program, ProgramBuilder};
 pub use schedule::Schedule;
+pub use shader::Constant;
 
 pub use {bytemuck, naga, wgpu};

@@ -6,7 +6,10 @@
 //! **Invariant:** generated names begin with `wf_`; user modules may not use such names.
 
 mod compose;
+mod condition;
+mod constant;
 mod diagnostic;
+mod features;
 mod gamble;
 mod generate;
 mod infer;
@@ -16,7 +19,8 @@ mod rules;
 mod scan;
 
 pub use compose::SourceModule;
-pub(crate) use compose::{Composition, compose};
+pub(crate) use compose::{Composition, GENERATED, Sources, compose};
+pub use constant::Constant;
 pub use diagnostic::Diagnostic;
 pub(crate) use generate::header;
 use generate::{Glue, kernels, tick_module};
