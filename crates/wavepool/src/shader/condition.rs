@@ -79,6 +79,7 @@ impl<'a> Walk<'a> {
                 self.at = self.at.max(first + 1);
                 continue;
             }
+            let mistakes = self.errors.len();
             let is_kept = self.condition(&mut chain);
             let condition = self.since(first);
             self.removed.push(condition.clone());
@@ -88,7 +89,8 @@ impl<'a> Walk<'a> {
                 self.condition(&mut Some(true));
             }
             let node = self.at;
-            self.node(scope, Some(&condition));
+            // What follows a broken condition would be blamed for it.
+            self.node(scope, Some(&condition).filter(|_| self.errors.len() == mistakes));
             if !is_kept && self.at > node {
                 let span = self.since(node);
                 self.removed.push(span);
@@ -109,11 +111,16 @@ impl<'a> Walk<'a> {
             self.error(place.clone(), &format!("`{shown}` without its `@if`"), label, &[]);
         }
         if keyword == b"else" {
+            let first = self.at;
             if self.word(0) == b"(" {
-                let first = self.at;
-                self.group();
-                let place = self.since(first);
-                self.error(place, "`@else` takes no condition", "write `@elif` for one", &[]);
+                self.bracketed();
+                // `@else (*path).depth = 1u;` begins with a parenthesis too.
+                if begins_statement(self.word(0)) && !matches!(self.word(0), b"*" | b"&" | b"(") {
+                    let place = self.since(first);
+                    self.error(place, "`@else` takes no condition", "write `@elif` for one", &[]);
+                } else {
+                    self.at = first;
+                }
             }
             *chain = None;
             return !before;

@@ -83,6 +83,11 @@ const FORMS: &[(&str, &str, &str)] = &[
         "fn f() { *q = 2u; }",
     ),
     ("fn f() { loop { @if(a) continuing { i++; } } }", "fn f() { loop { continuing { i++; } } }", "fn f() { loop { } }"),
+    (
+        "fn f() { @if(a) p(); @else (*q).x[1] += 2u; @if(a) p(); @else (*q) = 1u; }",
+        "fn f() { p(); p(); }",
+        "fn f() { (*q).x[1] += 2u; (*q) = 1u; }",
+    ),
     // Cases.
     (
         "fn f() { switch x { @if(a) case 1u, 2u { p(); } @else case 1u: { q(); } default { } } }",
