@@ -190,10 +190,13 @@ fn roulette_is_part_of_the_last_stage() {
     assert_eq!(moves(&program.layout(None), "scatter"), "beta |  | beta");
 }
 
-/// Kills: a leaf of the state for a member that no feature asks for; one feature set that leaks into another program of the same files.
+/// Kills: a leaf of the state for a member that no feature asks for; one feature set that leaks into another program of the same files;
+/// an import that is followed, or a name that clashes, although a condition removes it.
 #[test]
 fn what_a_feature_removes_has_no_leaf() {
-    let text = "struct Walk { left: u32, @if(counts) steps: vec2u, @if(false) never: f32, @else always: f32 }
+    let text = "@if(false) import package::nowhere::nothing;
+        @if(false) fn step() {}
+        struct Walk { left: u32, @if(counts) steps: vec2u, @if(false) never: f32, @else always: f32 }
         fn generate(walk: ptr<function, Walk>, item: Item) { (*walk).left = item.pixel; (*walk).always = 1.0; }
         fn step(walk: ptr<function, Walk>) -> u32 {
             @if(counts) (*walk).steps.y += 1u;

@@ -168,7 +168,7 @@ fn conditions_that_mean_nothing_are_refused() {
 /// A module of random nodes, with conditions at random places.
 fn random_module(random: &mut impl FnMut(usize) -> usize) -> String {
     const DECLARATIONS: [&str; 4] =
-        ["const Ä = 1u;\r\n", "alias V = vec3<f32>;", "struct S { a: array<u32, 4>,\n @if(a) b: u32 }", "import x::{y,\n z};"];
+        ["const Ä = 1u;\r\n", "alias V = vec3<f32>;", "struct S { a: array<u32, 4>,\n @if(a) b: u32 }", "import x::{y,\r\n z};"];
     const STATEMENTS: [&str; 5] =
         ["p(x[1], y);", "x = /* ½ */ y + 1;\n", "if x < y { p(); }\nelse if z { q(); } else {}", "for (;;) { break; }", "let s = 1;"];
     fn statements(random: &mut impl FnMut(usize) -> usize, depth: usize, out: &mut String) {
