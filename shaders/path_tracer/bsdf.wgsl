@@ -1,4 +1,5 @@
-// What a surface does to light: a mixture of smooth glass (share `glass_share`), a reflecting interface, and Lambert below it.
+// What a surface does to light: a mixture of smooth glass (share `glass_share`), a reflecting interface, and Lambert below it. What no
+// material of the scene has is not there: Lambert alone has one member.
 //
 // The diffuse base under the coat is rho/pi (1 - E(wo)) (1 - E(wi)) / (1 - E_avg), E the coat's own albedo (Kulla and Conty, 2017):
 // reciprocal, and together with the coat it returns all light when rho is 1, at every roughness. glTF's sample formula, 1 - F(v.h),
@@ -8,22 +9,21 @@ import package::math::disk::cosine_hemisphere;
 import package::math::mis::PDF_MIN;
 import package::math::random::unit_f32;
 import package::math::vector::max_component;
-import package::path_tracer::coat::{Coat, coat_transmittance};
-import package::path_tracer::effects::{HAS_INTERFACES, HAS_TRANSMISSION};
-import package::path_tracer::glass::{Glass, sample_glass};
+@if(interfaces) import package::path_tracer::coat::{Coat, coat_transmittance};
+@if(transmission) import package::path_tracer::glass::{Glass, sample_glass};
 import package::path_tracer::lobe_choice::{lobe_ticks, ticks_to_probability};
-import package::path_tracer::microfacet::{Microfacets, ALPHA_MIRROR, evaluate_microfacets, microfacet_fresnel, sample_microfacets};
+@if(interfaces) import package::path_tracer::microfacet::{Microfacets, ALPHA_MIRROR, evaluate_microfacets, microfacet_fresnel, sample_microfacets};
 
 const INVERSE_PI: f32 = 0.3183098861837907;
 
 struct Bsdf {
     // Albedo of the base, the share of the mixture and 1 / (1 - E_avg) multiplied in.
     diffuse: vec3f,
-    coat: Coat,
+    @if(interfaces) coat: Coat,
     // The share of the mixture multiplied in.
-    facets: Microfacets,
-    glass_share: f32,
-    glass: Glass,
+    @if(interfaces) facets: Microfacets,
+    @if(transmission) glass_share: f32,
+    @if(transmission) glass: Glass,
 }
 
 struct BsdfValue {
@@ -49,14 +49,19 @@ struct LobeChoice {
     interface_part: u32,
 }
 
-fn is_mirror(bsdf: Bsdf) -> bool {
+@if(interfaces) fn is_mirror(bsdf: Bsdf) -> bool {
     return bsdf.facets.alpha < ALPHA_MIRROR;
 }
 
 fn choose_lobes(bsdf: Bsdf, wo: vec3f) -> LobeChoice {
-    let interface_weight = select(0.0, max_component(microfacet_fresnel(bsdf.facets, wo.z)), HAS_INTERFACES);
-    let base_weight = max_component(bsdf.diffuse) * coat_transmittance(bsdf.coat, wo.z);
-    let glass = select(0u, lobe_ticks(bsdf.glass_share, interface_weight + base_weight), HAS_TRANSMISSION);
+    var interface_weight = 0.0;
+    var base_weight = max_component(bsdf.diffuse);
+    @if(interfaces) {
+        interface_weight = max_component(microfacet_fresnel(bsdf.facets, wo.z));
+        base_weight *= coat_transmittance(bsdf.coat, wo.z);
+    }
+    var glass = 0u;
+    @if(transmission) glass = lobe_ticks(bsdf.glass_share, interface_weight + base_weight);
     return LobeChoice(glass, lobe_ticks(interface_weight, base_weight));
 }
 
@@ -67,15 +72,14 @@ fn evaluate_bsdf(bsdf: Bsdf, choice: LobeChoice, wo: vec3f, wi: vec3f) -> BsdfVa
     }
     let opaque_probability = 1.0 - ticks_to_probability(choice.glass);
     let interface_probability = ticks_to_probability(choice.interface_part);
-    let through = coat_transmittance(bsdf.coat, wo.z) * coat_transmittance(bsdf.coat, wi.z);
+    var through = 1.0;
+    @if(interfaces) through = coat_transmittance(bsdf.coat, wo.z) * coat_transmittance(bsdf.coat, wi.z);
     let cosine_pdf = wi.z * INVERSE_PI;
     var value = BsdfValue(bsdf.diffuse * (through * cosine_pdf), (1.0 - interface_probability) * cosine_pdf);
-    if HAS_INTERFACES {
-        if choice.interface_part > 0u && !is_mirror(bsdf) {
-            let reflected = evaluate_microfacets(bsdf.facets, wo, wi);
-            value.f_cosine += reflected.f_cosine;
-            value.pdf += interface_probability * reflected.pdf;
-        }
+    @if(interfaces) if choice.interface_part > 0u && !is_mirror(bsdf) {
+        let reflected = evaluate_microfacets(bsdf.facets, wo, wi);
+        value.f_cosine += reflected.f_cosine;
+        value.pdf += interface_probability * reflected.pdf;
     }
     value.pdf *= opaque_probability;
     return value;
@@ -86,22 +90,22 @@ fn sample_bsdf(bsdf: Bsdf, wo: vec3f, words: vec4u) -> BsdfSample {
     let choice = choose_lobes(bsdf, wo);
     let high = words.x >> 16u;
     let low = words.x & 0xffffu;
-    if HAS_TRANSMISSION {
-        if high < choice.glass {
-            let drawn = sample_glass(bsdf.glass, wo, low);
-            let share = bsdf.glass_share / ticks_to_probability(choice.glass);
-            return BsdfSample(drawn.wi, drawn.weight * share, 0.0, drawn.eta_scale, drawn.transmits);
-        }
+    @if(transmission) if high < choice.glass {
+        let drawn = sample_glass(bsdf.glass, wo, low);
+        let share = bsdf.glass_share / ticks_to_probability(choice.glass);
+        return BsdfSample(drawn.wi, drawn.weight * share, 0.0, drawn.eta_scale, drawn.transmits);
     }
     let u = vec2f(unit_f32(words.y), unit_f32(words.z));
     var wi = vec3f(0.0);
-    if low < choice.interface_part {
+    let takes_interface = low < choice.interface_part;
+    @if(interfaces) if takes_interface {
         if is_mirror(bsdf) {
             let probability = (1.0 - ticks_to_probability(choice.glass)) * ticks_to_probability(choice.interface_part);
             return BsdfSample(vec3f(-wo.xy, wo.z), microfacet_fresnel(bsdf.facets, wo.z) / probability, 0.0, 1.0, false);
         }
         wi = sample_microfacets(bsdf.facets, wo, u);
-    } else {
+    }
+    if !takes_interface {
         wi = cosine_hemisphere(u);
         // Lambert alone needs no division: its weight is its albedo, to the last bit.
         if choice.glass == 0u && choice.interface_part == 0u {

@@ -1,8 +1,7 @@
 // Light that a surface emits of itself.
 
-import package::path_tracer::effects::HAS_TEXTURES;
 import package::path_tracer::records::{Material, Triangle, MATERIAL_DOUBLE_SIDED, NONE};
-import package::path_tracer::texture::{sample_texture, texture_coordinates};
+@if(textures) import package::path_tracer::texture::{sample_texture, texture_coordinates};
 
 // Radiance towards a viewer in front of the triangle or behind it.
 fn emitted_radiance(triangle: Triangle, material: Material, barycentrics: vec2f, is_front: bool) -> vec3f {
@@ -10,10 +9,8 @@ fn emitted_radiance(triangle: Triangle, material: Material, barycentrics: vec2f,
         return vec3f(0.0);
     }
     var radiance = material.emissive;
-    if HAS_TEXTURES {
-        if material.emissive_texture != NONE {
-            radiance *= sample_texture(material.emissive_texture, texture_coordinates(triangle.vertices, barycentrics), true).xyz;
-        }
+    @if(textures) if material.emissive_texture != NONE {
+        radiance *= sample_texture(material.emissive_texture, texture_coordinates(triangle.vertices, barycentrics), true).xyz;
     }
     return radiance;
 }

@@ -1,11 +1,10 @@
 // Stage: adds the light that the ray ran into, weighted against light sampling, and ends paths that left or may not scatter again.
 
-import package::math::triangle::triangle_plane;
-import package::path_tracer::effects::{HAS_ENVIRONMENT, HAS_TRIANGLE_LIGHTS};
-import package::path_tracer::emission::emitted_radiance;
-import package::path_tracer::environment::environment_towards;
-import package::path_tracer::found_weight::found_weight;
-import package::path_tracer::light_triangle::triangle_light_pdf;
+@if(triangle_lights) import package::math::triangle::triangle_plane;
+@if(triangle_lights) import package::path_tracer::emission::emitted_radiance;
+@if(environment) import package::path_tracer::environment::environment_towards;
+@if(environment || triangle_lights) import package::path_tracer::found_weight::found_weight;
+@if(triangle_lights) import package::path_tracer::light_triangle::triangle_light_pdf;
 import package::path_tracer::path::Path;
 import package::path_tracer::records::{NONE, TRIANGLE_EMISSIVE, TRIANGLE_MATERIAL_MASK, TRIANGLE_ROWS};
 import package::path_tracer::scene_access::{load_light, load_material, load_triangle, triangles, view};
@@ -13,31 +12,29 @@ import package::path_tracer::scene_access::{load_light, load_material, load_tria
 fn gather_emission(path: ptr<function, Path>) -> u32 {
     let slot = (*path).hit_triangle;
     if slot == NONE {
-        if HAS_ENVIRONMENT {
+        @if(environment) {
             let seen = environment_towards((*path).direction);
             let weight = found_weight(path, seen.pdf * view.environment_selection);
             (*path).radiance += (*path).beta * (seen.radiance * weight);
         }
         return FINISH;
     }
-    if HAS_TRIANGLE_LIGHTS {
-        if (triangles[slot * TRIANGLE_ROWS + 1u].w & TRIANGLE_EMISSIVE) != 0u {
-            let triangle = load_triangle(slot);
-            let material = load_material(triangle.material & TRIANGLE_MATERIAL_MASK);
-            let e1 = triangle.v1 - triangle.v0;
-            let e2 = triangle.v2 - triangle.v0;
-            let plane = triangle_plane(e1, e2).normal;
-            let barycentrics = (*path).hit_barycentrics;
-            let is_front = dot(plane, (*path).direction) <= 0.0;
-            let radiance = emitted_radiance(triangle, material, barycentrics, is_front);
-            var light_pdf = 0.0;
-            if triangle.light != NONE {
-                let light = load_light(triangle.light);
-                let offset = triangle.v0 + barycentrics.x * e1 + barycentrics.y * e2 - (*path).origin;
-                light_pdf = light.pmf * triangle_light_pdf(light.inverse_area, offset, plane);
-            }
-            (*path).radiance += (*path).beta * (radiance * found_weight(path, light_pdf));
+    @if(triangle_lights) if (triangles[slot * TRIANGLE_ROWS + 1u].w & TRIANGLE_EMISSIVE) != 0u {
+        let triangle = load_triangle(slot);
+        let material = load_material(triangle.material & TRIANGLE_MATERIAL_MASK);
+        let e1 = triangle.v1 - triangle.v0;
+        let e2 = triangle.v2 - triangle.v0;
+        let plane = triangle_plane(e1, e2).normal;
+        let barycentrics = (*path).hit_barycentrics;
+        let is_front = dot(plane, (*path).direction) <= 0.0;
+        let radiance = emitted_radiance(triangle, material, barycentrics, is_front);
+        var light_pdf = 0.0;
+        if triangle.light != NONE {
+            let light = load_light(triangle.light);
+            let offset = triangle.v0 + barycentrics.x * e1 + barycentrics.y * e2 - (*path).origin;
+            light_pdf = light.pmf * triangle_light_pdf(light.inverse_area, offset, plane);
         }
+        (*path).radiance += (*path).beta * (radiance * found_weight(path, light_pdf));
     }
     return select(CONTINUE, FINISH, (*path).depth >= view.max_depth);
 }

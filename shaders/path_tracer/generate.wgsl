@@ -2,8 +2,8 @@
 
 import package::math::random::unit_f32;
 import package::path_tracer::camera::camera_ray;
-import package::path_tracer::eta_scale::begin_eta_scale;
-import package::path_tracer::found_weight::remember_pdf;
+@if(transmission) import package::path_tracer::eta_scale::begin_eta_scale;
+@if(samplable_lights) import package::path_tracer::found_weight::remember_pdf;
 import package::path_tracer::path::{Path, random_camera};
 import package::path_tracer::records::NONE;
 
@@ -18,6 +18,6 @@ fn generate(path: ptr<function, Path>, item: Item) {
     (*path).beta = vec3f(1.0);
     (*path).radiance = vec3f(0.0);
     (*path).hit_triangle = NONE;
-    remember_pdf(path, 0.0);
-    begin_eta_scale(path);
+    @if(samplable_lights) remember_pdf(path, 0.0);
+    @if(transmission) begin_eta_scale(path);
 }

@@ -3,13 +3,12 @@
 import package::math::offset::{hit_point_error, offset_point};
 import package::math::random::unit_f32;
 import package::math::triangle::triangle_plane;
-import package::path_tracer::alpha::coverage;
-import package::path_tracer::effects::HAS_ALPHA;
+@if(alpha) import package::path_tracer::alpha::coverage;
 import package::path_tracer::emission::emitted_radiance;
 import package::path_tracer::light_sample::LightSample;
 import package::path_tracer::records::{Light, TRIANGLE_ALPHA, TRIANGLE_MATERIAL_MASK};
 import package::path_tracer::scene_access::{load_material, load_triangle};
-import package::path_tracer::texture::base_color_at;
+@if(alpha) import package::path_tracer::texture::base_color_at;
 
 // Below this cosine a light is left to BSDF sampling, in sampling and in densities alike (2^-20).
 const LIGHT_COSINE_MIN: f32 = 9.5367431640625e-7;
@@ -37,10 +36,8 @@ fn sample_triangle_light(light: Light, reference: vec3f, words: vec2u) -> LightS
     let offset = point - reference;
     let is_front = dot(plane.normal, offset) < 0.0;
     var radiance = emitted_radiance(triangle, material, barycentrics, is_front);
-    if HAS_ALPHA {
-        if (triangle.material & TRIANGLE_ALPHA) != 0u {
-            radiance *= coverage(material, base_color_at(material, triangle.vertices, barycentrics).w);
-        }
+    @if(alpha) if (triangle.material & TRIANGLE_ALPHA) != 0u {
+        radiance *= coverage(material, base_color_at(material, triangle.vertices, barycentrics).w);
     }
     let target_point = offset_point(point, plane.normal, hit_point_error(triangle.v0, e1, e2), -offset);
     let pdf = triangle_light_pdf(light.inverse_area, offset, plane.normal);

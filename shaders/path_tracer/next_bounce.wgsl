@@ -5,8 +5,8 @@ import package::math::offset::offset_point;
 import package::math::onb::{to_local, to_world};
 import package::math::vector::max_component;
 import package::path_tracer::bsdf::sample_bsdf;
-import package::path_tracer::eta_scale::multiply_eta_scale;
-import package::path_tracer::found_weight::remember_pdf;
+@if(transmission) import package::path_tracer::eta_scale::multiply_eta_scale;
+@if(samplable_lights) import package::path_tracer::found_weight::remember_pdf;
 import package::path_tracer::material_bsdf::bsdf_at;
 import package::path_tracer::path::{Path, DIMENSION_BSDF, random_at};
 import package::path_tracer::records::TRIANGLE_MATERIAL_MASK;
@@ -39,8 +39,8 @@ fn next_bounce(path: ptr<function, Path>) -> u32 {
     (*path).beta = beta;
     (*path).direction = direction;
     (*path).origin = offset_point(surface.position, surface.normal, surface.error, direction);
-    remember_pdf(path, drawn.pdf);
-    multiply_eta_scale(path, drawn.eta_scale);
+    @if(samplable_lights) remember_pdf(path, drawn.pdf);
+    @if(transmission) multiply_eta_scale(path, drawn.eta_scale);
     (*path).depth += 1u;
     return CONTINUE;
 }

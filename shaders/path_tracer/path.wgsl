@@ -32,13 +32,13 @@ struct Path {
     hit_triangle: u32,
     hit_barycentrics: vec2f,
     // Density with which the direction was drawn; 0 when no other strategy could have found it.
-    bsdf_pdf: f32,
+    @if(samplable_lights) bsdf_pdf: f32,
     // Product of squared relative indices, so that roulette does not see radiance swell inside glass.
-    eta_scale: f32,
+    @if(transmission) eta_scale: f32,
     // From a surface point to a light, and what arrives if nothing lies between (t in 0..1).
-    shadow_origin: vec3f,
-    shadow_vector: vec3f,
-    shadow_radiance: vec3f,
+    @if(samplable_lights) shadow_origin: vec3f,
+    @if(samplable_lights) shadow_vector: vec3f,
+    @if(samplable_lights) shadow_radiance: vec3f,
 }
 
 // Four random words of one purpose at one scattering event.

@@ -1,10 +1,10 @@
 // Stage: picks one light for the surface point and prepares the shadow ray and what it would bring.
 
+import constants::{LIGHT_STRATEGY, STRATEGY_MIS};
 import package::math::mis::{PDF_MIN, power_heuristic};
 import package::math::offset::offset_point;
 import package::math::onb::to_local;
 import package::path_tracer::bsdf::{choose_lobes, evaluate_bsdf};
-import package::path_tracer::effects::{LIGHT_STRATEGY, STRATEGY_MIS};
 import package::path_tracer::lights::sample_one_light;
 import package::path_tracer::material_bsdf::bsdf_at;
 import package::path_tracer::path::{Path, DIMENSION_LIGHT, DIMENSION_LIGHT_TEXEL, random_at};

@@ -3,13 +3,14 @@
 // Sides: front is where the triangle's corners run counter-clockwise. Both planes' normals are turned towards the viewer; a
 // single-sided surface seen from behind is present and shaded the same way, but emits from its front only.
 
+@if(normal_maps) import constants::VERTEX_TANGENT_ROW;
 import package::math::offset::{hit_point_error, inset_point};
 import package::math::onb::{Frame, frame_around};
 import package::math::triangle::triangle_plane;
 import package::math::vector::{max_component, normalize_or};
-import package::path_tracer::effects::{HAS_NORMAL_MAPS, VERTEX_TANGENT_ROW};
 import package::path_tracer::records::{Material, Triangle, NONE};
-import package::path_tracer::texture::{interpolate_row, sample_texture, texture_coordinates};
+import package::path_tracer::texture::interpolate_row;
+@if(normal_maps) import package::path_tracer::texture::{sample_texture, texture_coordinates};
 
 struct Surface {
     position: vec3f,
@@ -41,16 +42,14 @@ fn surface_at(triangle: Triangle, material: Material, barycentrics: vec2f, wo: v
 // The interpolated normal with the normal map applied, on the side of the front.
 fn shading_normal(triangle: Triangle, material: Material, barycentrics: vec2f, plane: vec3f) -> vec3f {
     var normal = normalize_or(interpolate_row(triangle.vertices, 0u, barycentrics).xyz, plane);
-    if HAS_NORMAL_MAPS {
-        if material.normal_texture != NONE {
-            let tangent = interpolate_row(triangle.vertices, VERTEX_TANGENT_ROW, barycentrics);
-            let along = normalize_or(tangent.xyz - normal * dot(normal, tangent.xyz), frame_around(normal).tangent);
-            let across = cross(normal, along) * select(-1.0, 1.0, tangent.w >= 0.0);
-            let uv = texture_coordinates(triangle.vertices, barycentrics);
-            let stored = sample_texture(material.normal_texture, uv, false).xyz * 2.0 - 1.0;
-            let bent = stored * vec3f(material.normal_scale, material.normal_scale, 1.0);
-            normal = normalize_or(along * bent.x + across * bent.y + normal * bent.z, normal);
-        }
+    @if(normal_maps) if material.normal_texture != NONE {
+        let tangent = interpolate_row(triangle.vertices, VERTEX_TANGENT_ROW, barycentrics);
+        let along = normalize_or(tangent.xyz - normal * dot(normal, tangent.xyz), frame_around(normal).tangent);
+        let across = cross(normal, along) * select(-1.0, 1.0, tangent.w >= 0.0);
+        let uv = texture_coordinates(triangle.vertices, barycentrics);
+        let stored = sample_texture(material.normal_texture, uv, false).xyz * 2.0 - 1.0;
+        let bent = stored * vec3f(material.normal_scale, material.normal_scale, 1.0);
+        normal = normalize_or(along * bent.x + across * bent.y + normal * bent.z, normal);
     }
     // Files whose normals point to the back of their triangles exist.
     return select(-normal, normal, dot(normal, plane) >= 0.0);

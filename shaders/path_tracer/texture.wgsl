@@ -1,8 +1,12 @@
 // Looking into images with our own filter: hardware filters round their weights to a few bits.
 
-import package::path_tracer::effects::{HAS_TEXTURES, HAS_VERTEX_COLORS, VERTEX_COLOR_ROW, VERTEX_ROWS, VERTEX_UV_ROW};
-import package::path_tracer::records::{Material, Texture, NONE, TEXTURE_LINEAR, TEXTURE_SECOND_UV, TEXTURE_WRAP_U_SHIFT, TEXTURE_WRAP_V_SHIFT};
-import package::path_tracer::scene_access::{load_texture, texels, triangles, view};
+import constants::VERTEX_ROWS;
+@if(vertex_colors) import constants::VERTEX_COLOR_ROW;
+@if(textures) import constants::VERTEX_UV_ROW;
+import package::path_tracer::records::Material;
+@if(textures) import package::path_tracer::records::{Texture, NONE, TEXTURE_LINEAR, TEXTURE_SECOND_UV, TEXTURE_WRAP_U_SHIFT, TEXTURE_WRAP_V_SHIFT};
+import package::path_tracer::scene_access::{triangles, view};
+@if(textures) import package::path_tracer::scene_access::{load_texture, texels};
 
 // One row of the attributes of three vertices, interpolated.
 fn interpolate_row(vertices: vec3u, row: u32, barycentrics: vec2f) -> vec4f {
@@ -14,7 +18,7 @@ fn interpolate_row(vertices: vec3u, row: u32, barycentrics: vec2f) -> vec4f {
 }
 
 // A texel index inside the image: 0 repeats, 1 mirrors, 2 continues the border.
-fn wrap_index(index: i32, size: i32, mode: u32) -> u32 {
+@if(textures) fn wrap_index(index: i32, size: i32, mode: u32) -> u32 {
     if mode == 2u {
         return u32(clamp(index, 0, size - 1));
     }
@@ -25,7 +29,7 @@ fn wrap_index(index: i32, size: i32, mode: u32) -> u32 {
 }
 
 // One texel; colours are decoded from sRGB by a table of exact values, alpha is linear.
-fn fetch_texel(texture: Texture, x: u32, y: u32, is_color: bool) -> vec4f {
+@if(textures) fn fetch_texel(texture: Texture, x: u32, y: u32, is_color: bool) -> vec4f {
     let word = texels[texture.texels + y * texture.width + x];
     let bytes = vec4u(word, word >> 8u, word >> 16u, word >> 24u) & vec4u(255u);
     if !is_color {
@@ -37,7 +41,7 @@ fn fetch_texel(texture: Texture, x: u32, y: u32, is_color: bool) -> vec4f {
 }
 
 // The value at texture coordinates; `uv` holds both sets.
-fn sample_texture(index: u32, uv: vec4f, is_color: bool) -> vec4f {
+@if(textures) fn sample_texture(index: u32, uv: vec4f, is_color: bool) -> vec4f {
     let texture = load_texture(index);
     let chosen = select(uv.xy, uv.zw, (texture.flags & TEXTURE_SECOND_UV) != 0u);
     let place = vec2f(dot(texture.row_u, vec3f(chosen, 1.0)), dot(texture.row_v, vec3f(chosen, 1.0)));
@@ -67,20 +71,16 @@ fn sample_texture(index: u32, uv: vec4f, is_color: bool) -> vec4f {
 }
 
 // Texture coordinates of a point on a triangle, both sets.
-fn texture_coordinates(vertices: vec3u, barycentrics: vec2f) -> vec4f {
+@if(textures) fn texture_coordinates(vertices: vec3u, barycentrics: vec2f) -> vec4f {
     return interpolate_row(vertices, VERTEX_UV_ROW, barycentrics);
 }
 
 // Base colour and alpha with texture and vertex colour multiplied in.
 fn base_color_at(material: Material, vertices: vec3u, barycentrics: vec2f) -> vec4f {
     var color = material.base_color;
-    if HAS_TEXTURES {
-        if material.base_color_texture != NONE {
-            color *= sample_texture(material.base_color_texture, texture_coordinates(vertices, barycentrics), true);
-        }
+    @if(textures) if material.base_color_texture != NONE {
+        color *= sample_texture(material.base_color_texture, texture_coordinates(vertices, barycentrics), true);
     }
-    if HAS_VERTEX_COLORS {
-        color *= interpolate_row(vertices, VERTEX_COLOR_ROW, barycentrics);
-    }
+    @if(vertex_colors) color *= interpolate_row(vertices, VERTEX_COLOR_ROW, barycentrics);
     return color;
 }

@@ -5,8 +5,8 @@
 // Among hits at exactly the same distance the triangle with the lower index in the scene wins, whatever the order of the walk.
 // Alpha is asked here: a triangle that is not there for this ray is no hit and consumes no bounce.
 
-import package::path_tracer::alpha::is_present;
-import package::path_tracer::effects::{BVH_STACK, HAS_ALPHA};
+import constants::BVH_STACK;
+@if(alpha) import package::path_tracer::alpha::is_present;
 import package::path_tracer::intersect_box::{enter_box, safe_reciprocal};
 import package::path_tracer::intersect_triangle::{intersect_triangle, shear_of_ray};
 import package::path_tracer::records::{NONE, TRIANGLE_ALPHA, TRIANGLE_ROWS};
@@ -71,10 +71,8 @@ fn traverse(origin: vec3f, direction: vec3f, t_max: f32, left: u32, key: vec4u, 
                 let closer = hit.t < best.t || (hit.t == best.t && best.triangle != NONE && row0.w < best_id);
                 if hit.found && closer && slot != left {
                     var present = true;
-                    if HAS_ALPHA {
-                        if (row1.w & TRIANGLE_ALPHA) != 0u {
-                            present = is_present(slot, row0.w, hit.barycentrics, key);
-                        }
+                    @if(alpha) if (row1.w & TRIANGLE_ALPHA) != 0u {
+                        present = is_present(slot, row0.w, hit.barycentrics, key);
                     }
                     if present {
                         best = Hit(slot, hit.barycentrics, hit.t);

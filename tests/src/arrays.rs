@@ -75,21 +75,21 @@ fn finish(w: ptr<function, Walk>) -> Web {
 ";
 
 /// [`WEB`], built in another way.
-pub fn web_with(wgsl: &str, change: impl Fn(ProgramBuilder) -> ProgramBuilder) -> Program {
-    let builder = Program::builder("web").source("web.wgsl", wgsl.to_owned()).stage("wander").stage("connect");
-    change(builder.array("vertices").array("links")).build().unwrap_or_else(|error| panic!("web:\n{error}"))
+pub fn web_with(name: &str, wgsl: &str, change: impl Fn(ProgramBuilder) -> ProgramBuilder) -> Program {
+    let builder = Program::builder(name).source("web.wgsl", wgsl.to_owned()).stage("wander").stage("connect");
+    change(builder.array("vertices").array("links")).build().unwrap_or_else(|error| panic!("{name}:\n{error}"))
 }
 
 /// Arrays of structs and of numbers.
 pub fn web() -> Program {
-    web_with(WEB, |builder| builder)
+    web_with("web", WEB, |builder| builder)
 }
 
 /// The same with packed elements.
 pub fn packed_web() -> Program {
     let formats =
         [("direction", Storage::UnitVector), ("vertices[].direction", Storage::UnitVector), ("vertices[].position", Storage::Rgb9e5)];
-    web_with(WEB, |builder| formats.iter().fold(builder, |builder, (field, storage)| builder.storage(field, *storage)))
+    web_with("packed web", WEB, |builder| formats.iter().fold(builder, |builder, (field, storage)| builder.storage(field, *storage)))
 }
 
 /// Every walk loads and stores far beyond the end of an array, twice each.

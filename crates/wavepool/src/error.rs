@@ -20,6 +20,22 @@ pub enum Error {
         /// What is wrong with it, and what exists.
         problem: String,
     },
+    /// A feature of a program has a name that conditions cannot ask for.
+    #[error("feature `{name}`: {problem}")]
+    Feature {
+        /// As given to the builder.
+        name: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// A constant of a program cannot be declared in WGSL.
+    #[error("constant `{name}`: {problem}")]
+    Constant {
+        /// As given to the builder.
+        name: String,
+        /// What is wrong with its name or its value.
+        problem: String,
+    },
     /// The schedule cannot be carried out as asked.
     #[error("schedule: {0}")]
     Schedule(String),

@@ -44,5 +44,6 @@ pub use instruments::Instruments;
 pub use policy::{ImageTiles, LinearRange};
 pub use program::{Program, ProgramBuilder};
 pub use schedule::Schedule;
+pub use shader::Constant;
 
 pub use {bytemuck, naga, wgpu};

@@ -1,7 +1,7 @@
 //! The renderer: a scene and settings in, a film out.
 //!
-//! Key decision: a scene that offers no light to sample loses the stages that would sample it; what a scene does not call for is not
-//! launched.
+//! Key decision: what a scene does not call for is not part of its program: features remove it from the WGSL and from the state, and a
+//! scene that offers no light to pick loses the stages that would pick one.
 
 use std::ops::ControlFlow;
 
@@ -185,10 +185,16 @@ fn pack(scene: &Scene, settings: &Settings, binding_limit: u64) -> Result<GpuSce
 }
 
 fn program_of(packed: &GpuScene) -> Result<Program, Error> {
-    let stages = STAGES.iter().filter(|stage| packed.facts.has_samplable_lights || !LIGHT_STAGES.contains(stage));
+    let stages = STAGES.iter().filter(|stage| packed.facts.effects.samplable_lights || !LIGHT_STAGES.contains(stage));
     let mut roots: Vec<&str> = stages.copied().collect();
     let mut builder = roots.iter().fold(Program::builder("path_tracer"), |builder, stage| builder.stage(stage));
     roots.extend(["generate", "finish", "survival", "reweight"]);
+    for (name, is_on) in packed.facts.effects.features() {
+        builder = builder.feature(name, is_on);
+    }
+    for (name, value) in packed.constants() {
+        builder = builder.constant(name, *value);
+    }
     for module in packed.program_modules() {
         let is_root = module.path.strip_prefix("path_tracer::").is_some_and(|name| roots.contains(&name));
         let module = SourceModule { package: "path_tracer".into(), path: module.path, file: module.file, text: module.text };
@@ -209,4 +215,82 @@ fn upload(device: &wgpu::Device, packed: &GpuScene) -> Result<Resources, Error> 
     parts.into_iter().try_fold(Resources::new(), |resources, (name, contents, usage)| {
         Ok(resources.buffer(name, &wavepool::upload(device, name, contents, usage)?))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Vec3, Vec4};
+    use wavepool::policy::RouletteScope;
+
+    use super::*;
+    use crate::scene::{AlphaMode, Environment, LightKind, Material, PunctualLight, Triangle, Vertex};
+
+    fn lit_triangle(material: Material) -> Scene {
+        let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        let light =
+            PunctualLight { kind: LightKind::Point, position: Vec3::Z, direction: Vec3::ZERO, intensity: Vec3::ONE, range: f32::INFINITY };
+        Scene {
+            vertices: corners.map(|position| Vertex { position, normal: Vec3::Z, color: Vec4::ONE, ..Vertex::default() }).to_vec(),
+            triangles: vec![Triangle { vertices: [0, 1, 2], material: 0 }],
+            materials: vec![material],
+            lights: vec![light],
+            ..Scene::default()
+        }
+    }
+
+    /// Members of the state and the text of all stages.
+    fn program_of_scene(scene: &Scene) -> (Vec<String>, String) {
+        let program = Renderer::program(scene).unwrap_or_else(|error| panic!("{error}"));
+        let layout = program.layout(Some(RouletteScope::Lane));
+        let mut members: Vec<String> =
+            layout.leaves.iter().map(|leaf| leaf.path.split('.').nth(1).unwrap_or_default().to_owned()).collect();
+        members.dedup();
+        let [(_, stages), ..] = program.wgsl(&ImageTiles { width: 16, height: 16 }, &Schedule::block()).expect("valid");
+        (members, stages)
+    }
+
+    // Kills: an effect with state or code in a scene that does not call for it, or without them in one that does.
+    #[test]
+    fn a_scene_gets_the_state_and_the_code_it_calls_for() {
+        let parts = |members: &[&'static str], code: &[&'static str]| (members.to_vec(), code.to_vec());
+        // An index of 1 is a surface without a coat.
+        let matte = Material { ior: 1.0, ..Material::default() };
+        let plain = lit_triangle(matte.clone());
+        let dark = Scene { lights: Vec::new(), ..plain.clone() };
+        let glass = lit_triangle(Material { transmission: 0.5, ..matte.clone() });
+        let veil = lit_triangle(Material { alpha: AlphaMode::Blend, ..matte.clone() });
+        let metal = lit_triangle(Material { metallic: 1.0, ..matte.clone() });
+        let glow = lit_triangle(Material { emissive: Vec3::ONE, ..matte });
+        let sky = Environment { name: "grey".into(), width: 2, height: 1, texels: vec![[0.5; 3]; 2] };
+        let sky = Scene { environment: Some(sky), ..dark.clone() };
+        let lit = ["bsdf_pdf", "shadow_origin", "shadow_vector", "shadow_radiance"];
+        let cases = [
+            ("dark", dark, parts(&[], &[])),
+            ("plain", plain, parts(&lit, &["fn sample_punctual_light("])),
+            ("glass", glass, parts(&[&lit[..], &["eta_scale"]].concat(), &["fn sample_punctual_light(", "fn sample_glass("])),
+            ("veil", veil, parts(&lit, &["fn sample_punctual_light(", "fn is_present("])),
+            ("metal", metal, parts(&lit, &["fn sample_punctual_light(", "fn sample_microfacets("])),
+            ("glow", glow, parts(&lit, &["fn sample_punctual_light(", "fn sample_triangle_light("])),
+            ("sky", sky, parts(&lit, &["fn environment_towards("])),
+        ];
+        let all_members = [&lit[..], &["eta_scale"]].concat();
+        let all_code = [
+            "fn sample_punctual_light(",
+            "fn sample_triangle_light(",
+            "fn environment_towards(",
+            "fn sample_glass(",
+            "fn sample_microfacets(",
+            "fn is_present(",
+            "fn sample_texture(",
+        ];
+        for (name, scene, (members, code)) in cases {
+            let (found, text) = program_of_scene(&scene);
+            for member in &all_members {
+                assert_eq!(found.iter().any(|other| other == member), members.contains(member), "{name}: {member} of {found:?}");
+            }
+            for function in &all_code {
+                assert_eq!(text.contains(function), code.contains(function), "{name}: {function}");
+            }
+        }
+    }
 }

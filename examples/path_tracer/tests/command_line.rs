@@ -98,6 +98,37 @@ fn a_scene_is_explained_without_a_device() {
     }
 }
 
+/// Kills: a dump that lacks a part, holds conditions or another schedule, or is left half-written without a word.
+#[test]
+fn the_composed_text_can_be_dumped() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dump = folder.path().join("new/dump");
+    let dump_text = dump.display().to_string();
+    let output = path_tracer(&["explain", "cornell-box", "--schedule", "megakernel", "--dump", &dump_text]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(String::from_utf8_lossy(&output.stdout).contains(&dump_text));
+    let mut names: Vec<_> = fs::read_dir(&dump).expect("made").map(|entry| entry.expect("listed").file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["leaves.txt", "resolve.wgsl", "stages.wgsl", "tick.wgsl"]);
+    let text = |name: &str| fs::read_to_string(dump.join(name)).expect("text");
+    let stages = text("stages.wgsl");
+    assert!(stages.contains("fn wf_megakernel(") && stages.contains("fn next_bounce(") && stages.contains("const BVH_STACK: u32 = "));
+    // The Cornell box has neither glass nor images.
+    let code: String = stages.lines().map(|line| line.split("//").next().unwrap_or_default()).collect();
+    for absent in ["@if", "@else", "fn sample_glass(", "fn sample_texture(", "import "] {
+        assert!(!code.contains(absent), "{absent}");
+    }
+    assert!(text("tick.wgsl").contains("fn wf_advance(") && text("resolve.wgsl").contains("fn wf_resolve("));
+    assert!(text("leaves.txt").contains("bytes per lane"));
+
+    let file = folder.path().join("taken");
+    fs::write(&file, "a file").expect("written");
+    let file_text = file.display().to_string();
+    refuses(&["explain", "cornell-box", "--dump", &file_text], 1, &["taken", "cannot write", "not a folder"]);
+    refuses(&["explain", "cornell-box", "--dump", &file.join("below").display().to_string()], 1, &["below", "cannot write"]);
+    assert_eq!(fs::read(&file).expect("still there"), b"a file");
+}
+
 /// Kills: a summary without the hash that scripts compare, or with two of them; a hash that depends on the schedule.
 #[test]
 fn a_render_prints_one_hash_whatever_the_schedule() {

@@ -5,7 +5,7 @@
 
 use std::fmt::Write as _;
 
-use wavepool::Program;
+use wavepool::{Program, ProgramBuilder};
 
 /// A program with one mistake. Parts left out are sound.
 struct Mistake {
@@ -14,6 +14,50 @@ struct Mistake {
     files: &'static [(&'static str, &'static str)],
     stages: &'static [&'static str],
 }
+
+/// Mistakes in what is asked of features, which are `bends`, on, and `hops`, off.
+const CONDITIONS: &[(&str, &str)] = &[
+    ("unknown feature", "@if(bends && !hopps) const ONE = 1u;\nfn walk(w: ptr<function, Walk>) -> u32 { return FINISH; }\n"),
+    ("elif without its if", "const ONE = 1u;\n@elif(hops) const TWO = 2u;\nfn walk(w: ptr<function, Walk>) -> u32 { return FINISH; }\n"),
+    (
+        "else behind else",
+        "fn walk(w: ptr<function, Walk>) -> u32 {\n    @if(bends) return FINISH;\n    @else return CONTINUE;\n    @else return 2u;\n}\n",
+    ),
+    (
+        "else with a condition",
+        "fn walk(w: ptr<function, Walk>) -> u32 {\n    @if(bends) return FINISH;\n    @else(hops) return CONTINUE;\n}\n",
+    ),
+    ("condition without parentheses", "@if bends const ONE = 1u;\nfn walk(w: ptr<function, Walk>) -> u32 { return FINISH; }\n"),
+    (
+        "condition that mixes operators",
+        "fn walk(w: ptr<function, Walk>) -> u32 {\n    @if(bends && hops || true) return FINISH;\n    return CONTINUE;\n}\n",
+    ),
+    ("empty condition", "@if() const ONE = 1u;\nfn walk(w: ptr<function, Walk>) -> u32 { return FINISH; }\n"),
+    ("condition for no statement", "fn walk(w: ptr<function, Walk>) -> u32 {\n    return FINISH;\n    @if(bends)\n}\n"),
+    ("two conditions for one node", "@if(bends) @if(!hops) const ONE = 1u;\nfn walk(w: ptr<function, Walk>) -> u32 { return FINISH; }\n"),
+    (
+        "condition behind an attribute",
+        "@group(1) @if(bends) @binding(0) var<uniform> one: vec4f;\nfn walk(w: ptr<function, Walk>) -> u32 { return FINISH; }\n",
+    ),
+    ("condition for an argument", "fn walk(w: ptr<function, Walk>, @if(hops) item: Item) -> u32 { return FINISH; }\n"),
+    ("condition for a statement without its semicolon", "fn walk(w: ptr<function, Walk>) -> u32 {\n    @if(hops) (*w).seed = 1u\n}\n"),
+    (
+        "mistake in a part that is removed",
+        "fn walk(w: ptr<function, Walk>) -> u32 {\n    @if(hops) { @if(bend) (*w).seed = 1u; }\n    return FINISH;\n}\n",
+    ),
+    (
+        "mistake behind removed parts",
+        "@if(hops) /* Größe: ½ */ fn hop(w: ptr<function, Walk>) {\n    (*w).position += «;\n}\n\n@if(bends) fn walk(w: ptr<function, Walk>) -> u32 {\n    @if(hops) hop(w); @else (*w).sed += 1u;\n    return FINISH;\n}\n",
+    ),
+    ("name that a feature removed", "@if(hops) fn hop() {}\nfn walk(w: ptr<function, Walk>) -> u32 {\n    hop();\n    return FINISH;\n}\n"),
+    (
+        "imported name that a feature removed",
+        "import package::rest::{Walk, jump};\nfn walk(w: ptr<function, Walk>) -> u32 { return FINISH; }\n",
+    ),
+    ("constant declared again", "const SIDES = 6u;\nfn walk(w: ptr<function, Walk>) -> u32 { return FINISH; }\n"),
+    ("unknown constant", "import constants::{SIDES, SIDE};\nfn walk(w: ptr<function, Walk>) -> u32 { return FINISH; }\n"),
+    ("constant of another type", "fn walk(w: ptr<function, Walk>) -> u32 {\n    (*w).position = SIDES;\n    return FINISH;\n}\n"),
+];
 
 const STATE: &str = "struct Walk { position: f32, seed: u32 }\n";
 const GENERATE: &str = "fn generate(w: ptr<function, Walk>, item: Item) { (*w).seed = item.pixel; }\n";
@@ -220,7 +264,10 @@ const ELSEWHERE: &[Mistake] = &[
 ];
 
 fn refusal(files: &[(&str, &str)], stages: &[&str]) -> String {
-    let builder = Program::builder("mistake");
+    refusal_of(Program::builder("mistake"), files, stages)
+}
+
+fn refusal_of(builder: ProgramBuilder, files: &[(&str, &str)], stages: &[&str]) -> String {
     let builder = files.iter().fold(builder, |builder, (file, text)| builder.source((*file).to_owned(), (*text).to_owned()));
     let builder = stages.iter().fold(builder, |builder, stage| builder.stage(stage));
     builder.build().map_or_else(|error| error.to_string(), |_| "NOT REFUSED".into())
@@ -237,6 +284,25 @@ fn refusals_read_as_committed() {
     let before = format!("{STATE}{GENERATE}{FINISH}");
     for (name, text) in IN_A_STAGE {
         add(name, &refusal(&[("rest.wgsl", &before), ("stages/walk.wgsl", text)], &["walk"]));
+    }
+    let rest = format!("{before}@if(hops) fn jump() {{}}\n");
+    let builder = Program::builder("mistake").feature("bends", true).feature("hops", false).constant("SIDES", 6u32);
+    for (name, text) in CONDITIONS {
+        add(name, &refusal_of(builder.clone(), &[("rest.wgsl", &rest), ("stages/walk.wgsl", text)], &["walk"]));
+    }
+    let sound = [("rest.wgsl", before.as_str()), ("walk.wgsl", STEP)];
+    let builder = || Program::builder("mistake");
+    for (name, builder) in [
+        ("feature given twice", builder().feature("hops", true).feature("hops", false)),
+        ("feature without a name", builder().feature("normal maps", true)),
+        ("constant that is not a number", builder().constant("SCALE", f32::NAN)),
+        ("constant with a reserved name", builder().constant("wf_lanes", 1u32)),
+        ("constant without a name", builder().constant("2D", true)),
+        ("constant with the name of a keyword", builder().constant("loop", -1)),
+        ("constant with a name of the contract", builder().constant("FINISH", 1u32)),
+        ("constant given twice", builder().constant("SCALE", 1.0).constant("SCALE", 2.0)),
+    ] {
+        add(name, &refusal_of(builder, &sound, &["walk"]));
     }
     for mistake in ELSEWHERE {
         add(mistake.name, &refusal(mistake.files, mistake.stages));
@@ -258,8 +324,12 @@ fn refusals_read_as_committed() {
 /// Kills: a panic of the library on any text; a message that points behind the end of a file or into the middle of a character.
 #[test]
 fn damaged_programs_never_panic() {
+    let conditions = "@if(a) struct Walk { position: f32, seed: u32 } @else struct Walk { a: u32, }
+        fn generate(w: ptr<function, Walk>, item: Item) { @if(!a) { hop(); } @else (*w).seed = item.pixel; }
+        fn walk(w: ptr<function, Walk>) -> u32 { switch (*w).seed { @if(a) case 1u: { return FINISH; } default: {} } return FINISH; }";
     let sound = [
         include_str!("../../../examples/collatz/src/collatz.wgsl").to_owned(),
+        format!("{conditions}\n{FINISH}"),
         format!("import wavepool::math::random::{{pcg4d, unit_f32}};\n{STATE}{GENERATE}{STEP}{FINISH}"),
         format!(
             "// Größe ½\n{STATE}/* Ä /* ö */ ü */\n{GENERATE}{STEP}{FINISH}@group(1) @binding(0) var<storage, read> t: array<vec4f>;\n"
@@ -279,6 +349,10 @@ fn damaged_programs_never_panic() {
         "/*",
         "*/",
         "import",
+        "@if(a)",
+        "@elif(",
+        "@else",
+        "@",
         "wf_x",
         "array<Walk, 3>",
         "0x7fffffff",
@@ -303,8 +377,8 @@ fn damaged_programs_never_panic() {
         }
         let text: String = text.into_iter().collect();
         let stage = if round % sound.len() == 0 { "step" } else { "walk" };
-        let outcome =
-            std::panic::catch_unwind(|| Program::builder("damaged").source("damaged.wgsl", text.clone()).stage(stage).build().map(drop));
+        let builder = Program::builder("damaged").feature("a", true).source("damaged.wgsl", text.clone()).stage(stage);
+        let outcome = std::panic::catch_unwind(|| builder.build().map(drop));
         match outcome {
             Ok(Ok(())) => {}
             Ok(Err(error)) => {

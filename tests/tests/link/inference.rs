@@ -189,3 +189,50 @@ fn roulette_is_part_of_the_last_stage() {
     assert_eq!(moves(&program.layout(Some(RouletteScope::Lane)), "scatter"), "beta chance | sum | beta chance");
     assert_eq!(moves(&program.layout(None), "scatter"), "beta |  | beta");
 }
+
+/// Kills: a leaf of the state for a member that no feature asks for; one feature set that leaks into another program of the same files;
+/// an import that is followed, or a name that clashes, although a condition removes it.
+#[test]
+fn what_a_feature_removes_has_no_leaf() {
+    let text = "@if(false) import package::nowhere::nothing;
+        @if(false) fn step() {}
+        struct Walk { left: u32, @if(counts) steps: vec2u, @if(false) never: f32, @else always: f32 }
+        fn generate(walk: ptr<function, Walk>, item: Item) { (*walk).left = item.pixel; (*walk).always = 1.0; }
+        fn step(walk: ptr<function, Walk>) -> u32 {
+            @if(counts) (*walk).steps.y += 1u;
+            return FINISH;
+        }
+        fn finish(walk: ptr<function, Walk>) -> u32 {
+            @if(counts) { return (*walk).steps.y; }
+            @else return (*walk).left;
+        }";
+    let of = |counts| {
+        let program = Program::builder("walk").source("walk.wgsl", text).stage("step").feature("counts", counts).build();
+        let program = program.unwrap_or_else(|error| panic!("{error}"));
+        let layout = program.layout(None);
+        let leaves: Vec<String> = layout.leaves.iter().map(|leaf| leaf.path.clone()).collect();
+        let reads = names(&layout, &program.summary("step").expect("the stage exists").reads);
+        (leaves, reads)
+    };
+    let (leaves, reads) = of(true);
+    assert_eq!(leaves, [".left", ".steps.x", ".steps.y", ".always"]);
+    assert_eq!(reads, BTreeSet::from(["steps.y".to_owned()]));
+    let (leaves, reads) = of(false);
+    assert_eq!(leaves, [".left", ".always"]);
+    assert_eq!(reads, BTreeSet::new());
+}
+
+/// Kills: a constant that arrives as another value, or before which a module of the user is read.
+#[test]
+fn constants_of_the_host_are_there_for_all_modules() {
+    let text = "import constants::{SIDES, IS_ROUND};
+        struct Walk { list: array<f32, SIDES> }
+        const_assert SIDES == 3u && IS_ROUND && LOW == -2147483648 && SCALE == 0.1f;
+        fn generate(walk: ptr<function, Walk>, item: Item) {}
+        fn step(walk: ptr<function, Walk>) -> u32 { return FINISH; }
+        fn finish(walk: ptr<function, Walk>) -> f32 { return (*walk).list[1]; }";
+    let builder = Program::builder("walk").source("walk.wgsl", text).stage("step");
+    let builder = builder.constant("SIDES", 3u32).constant("IS_ROUND", true).constant("LOW", i32::MIN).constant("SCALE", 0.1f32);
+    let program = builder.build().unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(program.layout(None).leaves.len(), 3);
+}

@@ -7,7 +7,10 @@
 
 mod arrays;
 mod compose;
+mod condition;
+mod constant;
 mod diagnostic;
+mod features;
 mod gamble;
 mod generate;
 mod infer;
@@ -19,7 +22,8 @@ mod storage;
 
 pub(crate) use arrays::{DeclaredArray, StateArray, find_arrays, plain_accessors};
 pub use compose::SourceModule;
-pub(crate) use compose::{Composition, compose};
+pub(crate) use compose::{Composition, GENERATED, Sources, compose};
+pub use constant::Constant;
 pub use diagnostic::Diagnostic;
 pub(crate) use generate::header;
 use generate::{Glue, kernels, tick_module};

@@ -45,7 +45,7 @@ fn error(module: &SourceModule, span: Range<usize>, message: &str, label: &str, 
 }
 
 /// The text with comments as spaces of the same length, and where a comment begins that never ends.
-fn without_comments(text: &str) -> (Vec<u8>, Option<usize>) {
+pub(super) fn without_comments(text: &str) -> (Vec<u8>, Option<usize>) {
     let mut out = text.as_bytes().to_vec();
     let mut unclosed = None;
     let mut i = 0;
@@ -82,6 +82,20 @@ fn without_comments(text: &str) -> (Vec<u8>, Option<usize>) {
     (out, unclosed)
 }
 
+/// The text with spaces in place of all that lies in `spans`, line breaks excepted.
+pub(super) fn blank(text: &str, spans: impl Iterator<Item = Range<usize>>) -> String {
+    let mut bytes = text.as_bytes().to_vec();
+    for span in spans {
+        for byte in &mut bytes[span] {
+            if !matches!(byte, b'\n' | b'\r') {
+                *byte = b' ';
+            }
+        }
+    }
+    // Spans begin and end at tokens, which hold whole characters.
+    String::from_utf8(bytes).unwrap_or_else(|_| text.to_owned())
+}
+
 fn is_word(byte: u8) -> bool {
     byte.is_ascii_alphanumeric() || byte == b'_' || byte >= 0x80
 }
@@ -95,12 +109,13 @@ fn next_token(code: &[u8], mut at: usize) -> Option<Range<usize>> {
         at += 1;
     }
     if at == start && at < code.len() {
-        at += if code[at..].starts_with(b"::") { 2 } else { 1 };
+        let is_double = [b"::", b"&&", b"||"].iter().any(|double| code[at..].starts_with(*double));
+        at += if is_double { 2 } else { 1 };
     }
     (at > start).then_some(start..at)
 }
 
-fn tokens(code: &[u8], start: usize) -> impl Iterator<Item = Range<usize>> {
+pub(super) fn tokens(code: &[u8], start: usize) -> impl Iterator<Item = Range<usize>> {
     std::iter::successors(next_token(code, start), |token| next_token(code, token.end))
 }
 
@@ -148,9 +163,9 @@ pub(super) fn check(module: &SourceModule) -> Option<Diagnostic> {
     Some(error(module, last, "the last declaration is not complete", "expected `;` after this", &[]))
 }
 
-/// The imports at the head of the module, and what is wrong with them.
-pub(super) fn imports(module: &SourceModule) -> (Vec<Import>, Vec<Diagnostic>) {
-    let (code, _) = without_comments(&module.text);
+/// The imports at the head of `text`, which is the module's own with parts blanked, and what is wrong with them.
+pub(super) fn imports(module: &SourceModule, text: &str) -> (Vec<Import>, Vec<Diagnostic>) {
+    let (code, _) = without_comments(text);
     let mut imports = Vec::new();
     let mut errors = Vec::new();
     let mut at = 0;

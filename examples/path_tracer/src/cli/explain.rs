@@ -1,18 +1,40 @@
 //! `path-tracer explain`: what a scene calls for, without rendering it.
 
-use path_tracer::{Renderer, scene::Scene};
+use std::path::PathBuf;
+
+use path_tracer::{Renderer, output, scene::Scene, wavepool::ImageTiles};
 
 use super::{Failure, render, say};
 
-pub(crate) fn run(arguments: &render::Arguments) -> Result<(), Failure> {
-    let settings = arguments.settings()?;
-    let scene: Scene = arguments.load()?;
+#[derive(Debug, clap::Args)]
+#[group(skip)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    render: render::Arguments,
+    /// Write the WGSL of every part (stages, tick, resolve) and the table of leaves and stages into this folder.
+    #[arg(long, value_name = "FOLDER")]
+    dump: Option<PathBuf>,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let settings = arguments.render.settings()?;
+    let scene: Scene = arguments.render.load()?;
     let program = Renderer::program(&scene)?;
     let layout = program.layout(settings.schedule.roulette.as_ref().map(|roulette| roulette.scope()));
+    if let Some(folder) = &arguments.dump {
+        let source = ImageTiles { width: settings.width, height: settings.height };
+        let parts = program.wgsl(&source, &settings.schedule)?;
+        let mut texts: Vec<(String, String)> = parts.into_iter().map(|(part, text)| (format!("{part}.wgsl"), text)).collect();
+        texts.push(("leaves.txt".into(), layout.table()));
+        output::text::write_all(folder, &texts)?;
+    }
     say(format_args!("scene:    {}, {} triangles, {} materials", scene.name, scene.triangles.len(), scene.materials.len()));
     say(format_args!("stages:   {}", program.stages().collect::<Vec<_>>().join(", ")));
     say(format_args!("schedule: {}", settings.schedule));
     say("state per lane (r loaded, f loaded by walks that finish, k by walks killed with their block, w stored):");
     say(layout.table());
+    if let Some(folder) = &arguments.dump {
+        say(format_args!("dumped:   stages.wgsl, tick.wgsl, resolve.wgsl and leaves.txt to {}", folder.display()));
+    }
     Ok(())
 }

@@ -27,7 +27,7 @@ enum Command {
     /// List the GPU adapters, best first.
     Adapters(adapters::Arguments),
     /// Show what a scene needs: stages, the table of leaves and stages, the plan of a step.
-    Explain(render::Arguments),
+    Explain(explain::Arguments),
 }
 
 /// Why a command failed.

@@ -1,4 +1,6 @@
-//! What a scene calls for, as constants that let compilers drop the rest.
+//! What a scene calls for: the one place that says which features the path tracer's WGSL may ask for.
+//!
+//! Key decision: a feature removes text (`@if` in WGSL) and so state, functions and branches; a constant is a number inside of what stays.
 //!
 //! **Invariant:** an effect is on only if some object of the scene asks for it.
 
@@ -30,6 +32,8 @@ pub struct Effects {
     pub emissive_triangles: bool,
     /// There are point, spot or directional lights.
     pub punctual_lights: bool,
+    /// Some light can be picked. When none can, there are no stages that look for one.
+    pub samplable_lights: bool,
 }
 
 impl Effects {
@@ -61,31 +65,35 @@ impl Effects {
         1 + u32::from(self.textures) + u32::from(self.normal_maps) + u32::from(self.vertex_colors)
     }
 
-    /// The module `path_tracer::effects`.
-    pub(crate) fn wgsl(&self, stack: u32, strategy: LightStrategy) -> String {
+    /// By the names under which `@if` asks for them.
+    pub fn features(&self) -> [(&'static str, bool); 10] {
+        [
+            ("textures", self.textures),
+            ("normal_maps", self.normal_maps),
+            ("vertex_colors", self.vertex_colors),
+            ("alpha", self.alpha),
+            ("interfaces", self.interfaces),
+            ("transmission", self.transmission),
+            ("environment", self.environment),
+            ("triangle_lights", self.emissive_triangles),
+            ("punctual_lights", self.punctual_lights),
+            ("samplable_lights", self.samplable_lights),
+        ]
+    }
+
+    /// Constants of the WGSL: rows of a vertex, entries of the stack on the way through the hierarchy, how light is found.
+    pub(crate) fn constants(&self, stack: u32, strategy: LightStrategy) -> [(&'static str, u32); 8] {
         let tangent_row = 1 + u32::from(self.textures);
-        let color_row = tangent_row + u32::from(self.normal_maps);
-        let strategy = u32::from(strategy == LightStrategy::Lights);
-        format!(
-            "// Generated from the scene: what it calls for.\n\
-             const HAS_TEXTURES: bool = {};\nconst HAS_NORMAL_MAPS: bool = {};\nconst HAS_VERTEX_COLORS: bool = {};\n\
-             const HAS_ALPHA: bool = {};\nconst HAS_INTERFACES: bool = {};\nconst HAS_TRANSMISSION: bool = {};\n\
-             const HAS_ENVIRONMENT: bool = {};\nconst HAS_TRIANGLE_LIGHTS: bool = {};\nconst HAS_PUNCTUAL_LIGHTS: bool = {};\n\
-             const VERTEX_ROWS: u32 = {}u;\nconst VERTEX_UV_ROW: u32 = 1u;\nconst VERTEX_TANGENT_ROW: u32 = {tangent_row}u;\n\
-             const VERTEX_COLOR_ROW: u32 = {color_row}u;\nconst BVH_STACK: u32 = {}u;\n\
-             const STRATEGY_MIS: u32 = 0u;\nconst STRATEGY_LIGHTS: u32 = 1u;\nconst LIGHT_STRATEGY: u32 = {strategy}u;\n",
-            self.textures,
-            self.normal_maps,
-            self.vertex_colors,
-            self.alpha,
-            self.interfaces,
-            self.transmission,
-            self.environment,
-            self.emissive_triangles,
-            self.punctual_lights,
-            self.vertex_rows(),
-            stack.max(1),
-        )
+        [
+            ("VERTEX_ROWS", self.vertex_rows()),
+            ("VERTEX_UV_ROW", 1),
+            ("VERTEX_TANGENT_ROW", tangent_row),
+            ("VERTEX_COLOR_ROW", tangent_row + u32::from(self.normal_maps)),
+            ("BVH_STACK", stack.max(1)),
+            ("STRATEGY_MIS", 0),
+            ("STRATEGY_LIGHTS", 1),
+            ("LIGHT_STRATEGY", u32::from(strategy == LightStrategy::Lights)),
+        ]
     }
 }
 
@@ -120,7 +128,7 @@ mod tests {
         let effects = Effects::of_surfaces(&[everything], &[Vertex::default()]);
         assert!(effects.textures && effects.normal_maps && effects.vertex_colors && effects.interfaces && effects.transmission);
         assert_eq!(effects.vertex_rows(), 4);
-        let text = effects.wgsl(0, LightStrategy::Mis);
-        assert!(text.contains("VERTEX_COLOR_ROW: u32 = 3u") && text.contains("BVH_STACK: u32 = 1u"), "{text}");
+        let constants = effects.constants(0, LightStrategy::Mis);
+        assert!(constants.contains(&("VERTEX_COLOR_ROW", 3)) && constants.contains(&("BVH_STACK", 1)), "{constants:?}");
     }
 }

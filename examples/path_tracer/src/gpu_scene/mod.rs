@@ -84,8 +84,6 @@ pub enum LightStrategy {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Facts {
-    /// False when nothing can be picked: the stages `sample_light` and `trace_shadow` may be left out.
-    pub has_samplable_lights: bool,
     /// What the scene calls for.
     pub effects: Effects,
     /// Packed triangles.
@@ -127,7 +125,7 @@ pub struct GpuScene {
     pub normalisation: Normalisation,
     /// What is in it.
     pub facts: Facts,
-    effects_wgsl: String,
+    constants: [(&'static str, u32); 8],
 }
 
 impl GpuScene {
@@ -161,6 +159,7 @@ impl GpuScene {
         effects.environment = environment.is_some();
         effects.emissive_triangles = geometry.triangles.iter().any(|triangle| triangle.material & records::triangle_flags::EMISSIVE != 0);
         effects.punctual_lights = !lights.punctuals.is_empty();
+        effects.samplable_lights = lights.records.iter().any(|light| light.pmf > 0.0);
 
         let mut view = view::of_camera(camera, &normalisation, options.width, options.height)?;
         view.seed = options.seed;
@@ -173,7 +172,6 @@ impl GpuScene {
 
         let mut triangles = bytemuck::cast_slice(&geometry.triangles).to_vec();
         triangles.extend_from_slice(bytemuck::cast_slice(&geometry::vertex_rows(&scene.vertices, &effects)));
-        facts.has_samplable_lights = lights.records.iter().any(|light| light.pmf > 0.0);
         facts.triangle_count = geometry.triangles.len() as u32;
         facts.light_count = lights.records.iter().filter(|light| light.pmf > 0.0).count() as u32;
         facts.bvh_depth = geometry.hierarchy.depth;
@@ -186,38 +184,31 @@ impl GpuScene {
             tables: bounded("materials and lights", bytemuck::cast_slice(&tables.rows).to_vec(), limit)?,
             texels: bounded("texels", bytemuck::cast_slice(&tables.texels).to_vec(), limit)?,
             normalisation,
-            effects_wgsl: effects.wgsl(facts.bvh_depth, options.light_strategy),
+            constants: effects.constants(facts.bvh_depth, options.light_strategy),
             facts,
         })
     }
 
-    /// All modules that the stages import: shared math, the path tracer's files, the generated records and this scene's effects. Of a
-    /// file `x` with a twin `x_absent`, the one that the scene calls for, under the name `x`.
+    /// All modules that the stages import: shared math, the path tracer's files and the generated records. What the scene calls for is
+    /// decided by [`Effects::features`] and [`constants`](Self::constants).
     pub fn program_modules(&self) -> Vec<ProgramModule> {
-        let is_absent = |path: &str| match path.strip_prefix("path_tracer::") {
-            Some("ray_key") => !self.facts.effects.alpha,
-            Some("eta_scale") => !self.facts.effects.transmission,
-            Some("found_weight") => !self.facts.has_samplable_lights,
-            _ => false,
+        let file = |module: &wavepool_shaders::Module| ProgramModule {
+            path: Cow::Borrowed(module.path),
+            file: Cow::Borrowed(module.file),
+            text: Cow::Borrowed(module.text),
         };
-        let file = |module: &wavepool_shaders::Module| {
-            let present = module.path.strip_suffix("_absent");
-            let path = present.unwrap_or(module.path);
-            (is_absent(path) == present.is_some()).then_some(ProgramModule {
-                path: Cow::Borrowed(path),
-                file: Cow::Borrowed(module.file),
-                text: Cow::Borrowed(module.text),
-            })
-        };
-        let generated = |path: &'static str, text: String| ProgramModule {
-            path: Cow::Borrowed(path),
-            file: Cow::Owned(format!("generated {path}")),
-            text: Cow::Owned(text),
-        };
-        let mut modules: Vec<ProgramModule> = wavepool_shaders::MATH.iter().chain(wavepool_shaders::PATH_TRACER).filter_map(file).collect();
-        modules.push(generated("path_tracer::records", records_wgsl()));
-        modules.push(generated("path_tracer::effects", self.effects_wgsl.clone()));
+        let mut modules: Vec<ProgramModule> = wavepool_shaders::MATH.iter().chain(wavepool_shaders::PATH_TRACER).map(file).collect();
+        modules.push(ProgramModule {
+            path: Cow::Borrowed("path_tracer::records"),
+            file: Cow::Borrowed("generated path_tracer::records"),
+            text: Cow::Owned(records_wgsl()),
+        });
         modules
+    }
+
+    /// Numbers that the modules take from the package `constants`.
+    pub fn constants(&self) -> &[(&'static str, u32)] {
+        &self.constants
     }
 }
 
@@ -235,7 +226,7 @@ mod tests {
     use glam::{Mat4, Vec3, Vec4};
 
     use super::*;
-    use crate::scene::{AlphaMode, LightKind, Material, Projection, PunctualLight, Triangle, Vertex};
+    use crate::scene::{Material, Projection, Triangle, Vertex};
 
     fn triangle(material: Material) -> Scene {
         let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
@@ -253,30 +244,6 @@ mod tests {
         GpuScene::pack(scene, &camera, &PackOptions { binding_limit: 1 << 20, ..PackOptions::default() })
     }
 
-    // Kills: two modules of one name, an effect compiled in that the scene does not call for, or out that it does.
-    #[test]
-    fn a_scene_gets_the_modules_it_calls_for() {
-        let plain = triangle(Material::default());
-        let light = |kind| PunctualLight { kind, position: Vec3::Z, direction: Vec3::ZERO, intensity: Vec3::ONE, range: f32::INFINITY };
-        let rich = Scene {
-            lights: vec![light(LightKind::Point)],
-            ..triangle(Material { alpha: AlphaMode::Blend, transmission: 0.5, ..Material::default() })
-        };
-        for (scene, ending) in [(plain, "_absent.wgsl"), (rich, ".wgsl")] {
-            let modules = packed(&scene).expect("a good scene").program_modules();
-            let mut paths: Vec<&str> = modules.iter().map(|module| module.path.as_ref()).collect();
-            for name in ["ray_key", "eta_scale", "found_weight"] {
-                let module = modules.iter().find(|module| module.path == format!("path_tracer::{name}")).expect("one of the twins");
-                assert!(module.file.ends_with(&format!("{name}{ending}")), "{}", module.file);
-            }
-            paths.sort_unstable();
-            let count = paths.len();
-            paths.dedup();
-            assert_eq!(paths.len(), count, "{paths:?}");
-            assert!(paths.iter().all(|path| !path.ends_with("_absent")), "{paths:?}");
-        }
-    }
-
     // Kills: an empty buffer, which a binding cannot hold, or one that is not whole rows.
     #[test]
     fn no_buffer_is_empty() {
@@ -284,7 +251,7 @@ mod tests {
         for bytes in [&scene.view, &scene.bvh, &scene.triangles, &scene.tables, &scene.texels] {
             assert!(bytes.len() >= 16 && bytes.len().is_multiple_of(16), "{}", bytes.len());
         }
-        assert!(!scene.facts.has_samplable_lights && scene.facts.triangle_count == 0);
+        assert!(!scene.facts.effects.samplable_lights && scene.facts.triangle_count == 0);
     }
 
     // Kills: a binding that is exceeded in silence.

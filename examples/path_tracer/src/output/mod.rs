@@ -1,4 +1,4 @@
-//! Pictures to files: 8-bit sRGB PNG for looking, float EXR for measuring.
+//! Pictures to files: 8-bit sRGB PNG for looking, float EXR for measuring; and texts for reading.
 //!
 //! Key decision: a file appears complete or not at all. It is written next to its final place and renamed there, so a failure leaves an
 //! older picture untouched.
@@ -6,6 +6,7 @@
 mod atomic;
 pub mod exr;
 pub mod png;
+pub mod text;
 
 use std::path::Path;
 
