@@ -102,13 +102,7 @@ impl Renderer {
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn on(
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-        cache: &KernelCache,
-        scene: &Scene,
-        settings: &Settings,
-    ) -> Result<Self, Error> {
+    pub fn on(device: &wgpu::Device, queue: &wgpu::Queue, cache: &KernelCache, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
         let limits = device.limits();
         let binding_limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let packed = pack(scene, settings, binding_limit)?;
