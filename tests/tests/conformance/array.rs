@@ -1,0 +1,197 @@
+//! The same bits from every combination of settings: a pairwise covering array over scenes, policies, sizes and drivers.
+//!
+//! Key decision: each row is compared with a plain run of its scene on the same level of devices, in a process of that level's own. The
+//! first row of a scene on a level runs in checked mode. With `WAVEPOOL_FULL=1` rows of the full product follow, taken at a stride that
+//! is prime to every number of levels, as many as time allows.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+    time::{Duration, Instant},
+};
+
+use wavepool::{
+    ImageTiles, Instruments, Report, Schedule,
+    policy::{BlockInPlace, DepthDecayed, DepthMax, DepthMean, Morton, NeverRegenerate, PerBlock, PerLane, Roulette, Statistic, TileOrder},
+};
+use wavepool_tests::{
+    covering::{Factor, factor, pairwise, product},
+    device::{gpu, level, levels},
+};
+
+use crate::subjects::{SUBJECTS, Subject};
+
+const IMAGE: ImageTiles = ImageTiles { width: 40, height: 56 };
+const SAMPLES: u32 = 4;
+const THRESHOLDS: [f32; 4] = [0.0, 0.25, 0.5, 2.0];
+const CHECK_EVERY: [u32; 3] = [1, 2, 3];
+/// One block, few, one for each of the 12 tiles, and more.
+const POOLS: [u32; 4] = [1, 5, 12, 40];
+const BANKS: [Option<u32>; 3] = [Some(1), Some(2), None];
+const SUBMISSIONS: [Option<u32>; 3] = [Some(1), Some(7), None];
+/// A full product stops after this long on a level: with four levels within half an hour.
+const FULL: Duration = Duration::from_secs(400);
+
+/// The settings; of devices there are as many levels as are found here.
+fn factors(levels: usize) -> [Factor; 10] {
+    [
+        factor("scene", SUBJECTS.len()),
+        factor("execution", 2),
+        factor("order", 5),
+        factor("regeneration", 2),
+        factor("threshold", THRESHOLDS.len()),
+        factor("check_every", CHECK_EVERY.len()),
+        factor("pool", POOLS.len()),
+        factor("bank", BANKS.len()),
+        factor("submission", SUBMISSIONS.len()),
+        factor("level", levels),
+    ]
+}
+
+/// A megakernel (execution 1) measures no order, regenerates nothing and has no banks; `never` (regeneration 0) has no threshold.
+fn is_allowed(row: &[usize]) -> bool {
+    let megakernel = row[1] == 0 || (row[2] < 2 && row[3] == 0 && row[7] == 2);
+    megakernel && (row[3] == 1 || (row[4] == 0 && row[5] == 0))
+}
+
+fn schedule_of(row: &[usize]) -> Schedule {
+    let mut schedule = if row[1] == 1 { Schedule::megakernel() } else { Schedule::block() };
+    let orders: [Arc<dyn TileOrder>; 5] =
+        [Arc::new(wavepool::policy::Scanline), Arc::new(Morton), Arc::new(DepthMax), Arc::new(DepthMean), Arc::new(DepthDecayed)];
+    schedule.order = orders[row[2]].clone();
+    schedule = match row[3] {
+        0 => schedule.with_regeneration(NeverRegenerate),
+        _ => schedule.with_regeneration(BlockInPlace::new(THRESHOLDS[row[4]], CHECK_EVERY[row[5]])),
+    };
+    schedule.bank_blocks = BANKS[row[7]];
+    schedule.submission_steps = SUBMISSIONS[row[8]];
+    schedule.with_pool_blocks(POOLS[row[6]])
+}
+
+/// What tells what a run did: steps, launches, regenerations, and which tile went where when.
+type Fingerprint = (u64, u64, u32, u32, Vec<(u32, u32, u32)>);
+
+fn fingerprint(report: &Report) -> Fingerprint {
+    let assigned = report.observed.steps.iter().flat_map(|steps| &steps.assignments);
+    let assigned = assigned.map(|assignment| (assignment.step, assignment.block, assignment.tile)).collect();
+    (report.steps, report.launches, report.regenerations, report.submissions, assigned)
+}
+
+/// Runs rows one after the other and compares each with the plain run of its scene.
+struct Comparison {
+    roulette: Arc<dyn Roulette>,
+    /// By scene, when it is there.
+    subjects: Vec<Option<Subject>>,
+    baselines: BTreeMap<usize, (u64, u64)>,
+    seen: BTreeMap<usize, BTreeSet<Fingerprint>>,
+    rows: usize,
+}
+
+impl Comparison {
+    fn new(roulette: Arc<dyn Roulette>) -> Self {
+        let subjects = SUBJECTS.iter().map(|(_, make)| make()).collect();
+        Comparison { roulette, subjects, baselines: BTreeMap::new(), seen: BTreeMap::new(), rows: 0 }
+    }
+
+    fn run(&mut self, row: &[usize], is_array: bool) {
+        let Some(subject) = &self.subjects[row[0]] else { return };
+        let name = SUBJECTS[row[0]].0;
+        let is_first = !self.baselines.contains_key(&row[0]);
+        let (expected, killed) = *self.baselines.entry(row[0]).or_insert_with(|| {
+            let schedule = Schedule::never().with_roulette(Some(self.roulette.clone()));
+            let (film, report) = subject.run(IMAGE, SAMPLES, &schedule, Instruments { steps: true, ..Instruments::default() });
+            assert_eq!(film.not_finite(), 0, "{name}");
+            let lit = (0..film.pixels()).filter(|pixel| film.sum(*pixel, 0) > 0.0).count();
+            assert!(lit * 2 > film.pixels(), "{name}: a black picture proves nothing");
+            self.seen.entry(row[0]).or_default().insert(fingerprint(&report));
+            assert!(report.items_killed > 0 || name != "hops", "roulette killed nothing");
+            (film.hash(), report.items_killed)
+        });
+        let schedule = schedule_of(row).with_roulette(Some(self.roulette.clone()));
+        let instruments = Instruments { steps: true, checked: is_first && is_array, ..Instruments::default() };
+        let (film, report) = subject.run(IMAGE, SAMPLES, &schedule, instruments);
+        assert_eq!(film.hash(), expected, "{name}: {schedule}, row {row:?}, has other bits than `never`");
+        assert_eq!(report.items_killed, killed, "{name}: {schedule}, row {row:?}: roulette killed unlike numbers");
+        assert!(film.samples().iter().all(|samples| *samples == SAMPLES));
+        self.seen.entry(row[0]).or_default().insert(fingerprint(&report));
+        self.rows += 1;
+    }
+
+    /// Every scene has seen schedules that do different things.
+    fn finish(self, what: &str) {
+        eprintln!("{what}: {} rows, {} scenes", self.rows, self.seen.len());
+        let runs = self.seen.values().map(BTreeSet::len).sum::<usize>();
+        assert!(runs * 10 >= (self.rows + self.seen.len()) * 8, "{what}: only {runs} of {} schedules differ", self.rows);
+        assert!(self.seen.values().all(|seen| seen.len() > 1), "{what}: a scene has seen one schedule only");
+    }
+}
+
+/// Runs the rows of this level, or starts a process for each level.
+fn on_every_level(test: &str, roulettes: &[Arc<dyn Roulette>]) {
+    let levels = levels();
+    let Some(here) = level() else {
+        return levels.iter().enumerate().for_each(|(index, level)| level.run_again_as(index, levels.len(), &["--exact", test]));
+    };
+    if gpu().is_none() {
+        return;
+    }
+    let (index, count) = wavepool_tests::device::place_among_levels();
+    let mut baselines = BTreeSet::new();
+    for roulette in roulettes {
+        let what = format!("{here}, roulette {}", roulette.name());
+        let factors = factors(count);
+        let mut comparison = Comparison::new(roulette.clone());
+        let rows = pairwise(&factors, is_allowed);
+        rows.iter().filter(|row| row[9] == index).for_each(|row| comparison.run(row, true));
+        if std::env::var_os("WAVEPOOL_FULL").is_some_and(|value| value == "1") {
+            full(&factors[..9], &mut comparison, FULL / roulettes.len() as u32);
+        }
+        // Scene 1 has roulette; the statistics decide differently there.
+        baselines.insert(comparison.baselines[&1]);
+        comparison.finish(&what);
+    }
+    assert_eq!(baselines.len(), roulettes.len(), "policies of roulette that change nothing");
+}
+
+/// Rows of the product of all settings but the device, at a stride that visits every row once, until the time is over.
+fn full(factors: &[Factor], comparison: &mut Comparison, time: Duration) {
+    let rows: Vec<Vec<usize>> = product(factors).filter(|row| is_allowed(row)).collect();
+    let begun = Instant::now();
+    let stride = (rows.len() / 2 + 1..).find(|stride| greatest_common_divisor(*stride, rows.len()) == 1).unwrap_or(1);
+    let mut done = 0;
+    while done < rows.len() && begun.elapsed() < time {
+        comparison.run(&rows[done * stride % rows.len()], false);
+        done += 1;
+    }
+    eprintln!("full product: {done} of {} rows", rows.len());
+}
+
+fn greatest_common_divisor(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
+}
+
+/// Kills: a pin left out between two stages; a random number keyed by lane, block or bank; a path that keeps the state of the tile before;
+/// a bank whose blocks are counted from the wrong one; a submission that loses its last step.
+#[test]
+fn every_pair_of_settings_gives_the_same_bits() {
+    on_every_level("array::every_pair_of_settings_gives_the_same_bits", &[Arc::new(PerLane)]);
+}
+
+/// Kills: a block's draw keyed by its place in the pool or by the step of the run; a chance that depends on the order of the lanes; lanes
+/// of the megakernel that leave the group before its draw; a verdict of a block in another bank.
+#[test]
+fn every_pair_of_settings_keeps_block_roulette() {
+    let roulettes: [Arc<dyn Roulette>; 2] = [Arc::new(PerBlock(Statistic::Max)), Arc::new(PerBlock(Statistic::Mean))];
+    on_every_level("array::every_pair_of_settings_keeps_block_roulette", &roulettes);
+}
+
+/// Kills: a combination that means nothing and is run in silence.
+#[test]
+fn a_megakernel_with_a_measured_order_is_refused() {
+    let factors = factors(1);
+    for row in product(&factors).filter(|row| row[1] == 1 && row[2] >= 2).take(40) {
+        let program = wavepool_tests::programs::collatz();
+        let message = program.check(&IMAGE, &schedule_of(&row)).expect_err("refused").to_string();
+        assert!(message.contains("megakernel") && message.contains("depth-"), "{message}");
+    }
+}
