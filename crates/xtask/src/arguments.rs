@@ -8,6 +8,7 @@ usage: cargo xtask COMMAND
 
   demo  [--yes]           set up, render a built-in scene, say where the picture is
   test  [--full] [--yes]  set up, then format, clippy, docs, book anchors and all tests
+  bench WHAT [--quick]    figures of this device: core (tick, share, pins, wrappers), depth-sort (launches saved)
   book                    build the tutorial into book/book
   setup [--yes]           make sure that a Vulkan, Metal or Direct3D adapter exists
 
@@ -27,7 +28,12 @@ pub(crate) enum Invocation {
     Test { agreed: bool, full: bool },
     /// Build the tutorial.
     Book,
+    /// Measure something on this device.
+    Bench { what: String, quick: bool },
 }
+
+/// What can be measured.
+const BENCHES: [&str; 2] = ["core", "depth-sort"];
 
 /// Reads the words after `cargo xtask`.
 ///
@@ -41,6 +47,7 @@ pub(crate) fn parse(words: &[String]) -> Result<Invocation, Failure> {
         "setup" | "demo" => &["--yes"],
         "test" => &["--yes", "--full"],
         "book" => &[],
+        "bench" => return bench(options),
         "help" | "--help" | "-h" => return Ok(Invocation::Usage),
         other => return Err(Failure::Usage(format!("there is no command `{other}`"))),
     };
@@ -55,6 +62,18 @@ pub(crate) fn parse(words: &[String]) -> Result<Invocation, Failure> {
         "test" => Invocation::Test { agreed, full: has("--full") },
         _ => Invocation::Book,
     })
+}
+
+/// The words after `bench`.
+fn bench(words: &[String]) -> Result<Invocation, Failure> {
+    let known = || BENCHES.join(", ");
+    let Some(what) = words.first().filter(|what| BENCHES.contains(&what.as_str())) else {
+        return Err(Failure::Usage(format!("`bench` measures one of: {}", known())));
+    };
+    match words[1..].iter().find(|option| *option != "--quick") {
+        Some(stranger) => Err(Failure::Usage(format!("`bench` knows no option `{stranger}`"))),
+        None => Ok(Invocation::Bench { what: what.clone(), quick: words.len() > 1 }),
+    }
 }
 
 #[cfg(test)]
@@ -74,13 +93,14 @@ mod tests {
         assert_eq!(parse_line("test --full"), Ok(Invocation::Test { agreed: false, full: true }));
         assert_eq!(parse_line("test --yes --full"), Ok(Invocation::Test { agreed: true, full: true }));
         assert_eq!(parse_line("book"), Ok(Invocation::Book));
+        assert_eq!(parse_line("bench core --quick"), Ok(Invocation::Bench { what: "core".into(), quick: true }));
         assert!(matches!(parse_line("demo --full"), Err(Failure::Usage(why)) if why.contains("--full")));
     }
 
     /// Kills: a misspelt command or option that is silently ignored.
     #[test]
     fn strangers_are_usage_errors() {
-        for line in ["", "tset", "test --ful", "book --yes"] {
+        for line in ["", "tset", "test --ful", "book --yes", "bench", "bench cores", "bench core --fast"] {
             assert!(matches!(parse_line(line), Err(Failure::Usage(_))), "{line:?} was accepted");
         }
     }

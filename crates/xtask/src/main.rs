@@ -55,5 +55,10 @@ fn carry_out(invocation: Invocation) -> Result<(), Failure> {
         Invocation::Demo { agreed } => demo::run(&root, agreed),
         Invocation::Test { agreed, full } => checks::run(&root, agreed, full),
         Invocation::Book => book::build(&root),
+        Invocation::Bench { what, quick } => {
+            let mut words = vec!["run", "--quiet", "--package", "wavepool-tests", "--bin", "bench", "--", &what];
+            words.extend(quick.then_some("--quick"));
+            process::run(&mut process::cargo(&root, &words))
+        }
     }
 }

@@ -1,12 +1,14 @@
-//! What scheduling costs on this device: `bench core [--quick]`, called by `cargo xtask bench core`.
+//! Figures about scheduling on this device, called by `cargo xtask bench`.
 //!
-//! Prints the tick over 4096 blocks, the share of scheduling, the cost of pins and of the wrappers. A number without its device is none, so
-//! the adapter and the commit come first.
+//! `core` prints the tick over 4096 blocks, the share of scheduling, the cost of pins and of the wrappers; `depth-sort` what sorted tiles
+//! save, measured and predicted. A number without its device is none, so the adapter and the commit come first.
 
 use std::{ops::ControlFlow, time::Instant};
 
 use path_tracer::{Renderer, Settings, scene};
-use wavepool::{GpuContext, Instruments, LinearRange, Program, Schedule, Scheduler, layout::Layout};
+use wavepool::{
+    GpuContext, ImageTiles, Instruments, LinearRange, Program, Schedule, Scheduler, layout::Layout, policy::WorkSource, replay::replay,
+};
 use wavepool_lab::{
     interval::{bootstrap, median},
     pairs::{compare, ratio},
@@ -22,7 +24,8 @@ fn main() -> Result<(), Failure> {
     println!("adapter: {}\ncommit:  {}\n", gpu.facts, commit());
     match words.first().map(String::as_str) {
         Some("core") => core(&gpu, is_quick),
-        _ => Err("usage: bench core [--quick]".into()),
+        Some("depth-sort") => depth_sort(&gpu, is_quick),
+        _ => Err("usage: bench core|depth-sort [--quick]".into()),
     }
 }
 
@@ -168,6 +171,64 @@ fn share(gpu: &GpuContext, is_quick: bool) -> Result<(), Failure> {
             cost.steps,
             cost.mean_live_blocks
         );
+    }
+    Ok(())
+}
+
+/// Launches of passes 2 to 8 of 8 passes of one sample, sorted against scanline: as the device counts them, and as replay predicts them
+/// from the lengths that a megakernel has seen.
+fn depth_sort(gpu: &GpuContext, is_quick: bool) -> Result<(), Failure> {
+    let (side, passes) = (if is_quick { 128 } else { 256 }, 8);
+    println!(
+        "launches of passes 2 to {passes}, {side}x{side}, depth 64, a pool of a quarter of the tiles (predicted = measured unless shown)"
+    );
+    println!("| scene | passes | T, C | roulette | scanline | depth-max | depth-mean | depth-decayed | best |");
+    println!("| --- | --- | --- | --- | ---: | ---: | ---: | ---: | ---: |");
+    for name in ["cornell-box", "mirror-corridor"] {
+        let scene = scene::builtin(name).ok_or("the scene is built in")?;
+        // Without roulette every walk in the corridor is as long as it may be.
+        let roulettes: &[&str] = if name == "cornell-box" { &["lane", "none"] } else { &["lane"] };
+        for roulette in roulettes {
+            let source = ImageTiles { width: side, height: side };
+            let pool = source.tiles() / 4;
+            let run = |schedule: &Schedule, samples: u32, lengths: bool| -> Result<wavepool::Report, Failure> {
+                let mut settings = Settings::new(side, side, samples);
+                settings.depth = 64;
+                settings.schedule = schedule.clone();
+                settings.instruments.lengths = lengths;
+                let mut renderer = Renderer::new(gpu, &scene, &settings)?;
+                Ok(renderer.render(|_| ControlFlow::Continue(()))?.report)
+            };
+            let megakernel: Schedule = format!("megakernel,roulette={roulette}").parse()?;
+            let lengths = run(&megakernel, passes, true)?.observed.lengths.ok_or("the lengths were asked for")?;
+            for (ring, overlap) in [("", "overlap"), (",ring=1", "apart")] {
+                for policy in ["threshold=0.5,check_every=2", "threshold=0,check_every=1"] {
+                    let mut row = Vec::new();
+                    for order in ["scanline", "depth-max", "depth-mean", "depth-decayed"] {
+                        let schedule: Schedule = format!("block,{policy},order={order},roulette={roulette}{ring}").parse()?;
+                        let schedule = schedule.with_pool_blocks(pool);
+                        let (all, first) = (run(&schedule, passes, false)?, run(&schedule, 1, false)?);
+                        let predicted = |passes: u32, report: &wavepool::Report| {
+                            let seen = replay(&schedule, &source, passes, report.pool_blocks, report.ring, &lengths);
+                            let stages = Renderer::program(&scene).map_or(0, |program| program.stages().count() as u64);
+                            1 + seen.steps() * (1 + stages) + seen.regenerations.len() as u64 + u64::from(passes)
+                        };
+                        row.push((all.launches - first.launches, predicted(passes, &all) - predicted(1, &first)));
+                    }
+                    let best = row[1..].iter().map(|(measured, _)| *measured).min().unwrap_or(0) as f64;
+                    let cells: Vec<String> = row
+                        .iter()
+                        .map(|(measured, predicted)| match measured == predicted {
+                            true => measured.to_string(),
+                            false => format!("{measured} (predicted {predicted})"),
+                        })
+                        .collect();
+                    let change = (best / row[0].0 as f64 - 1.0) * 100.0;
+                    let policy = policy.replace("threshold=", "").replace("check_every=", " ");
+                    println!("| `{name}` | {overlap} | {policy} | {roulette} | {} | {change:+.1} % |", cells.join(" | "));
+                }
+            }
+        }
     }
     Ok(())
 }
