@@ -168,7 +168,6 @@ pub fn run(gpu: &GpuContext, program: &Program, source: impl WorkSource + 'stati
 pub fn scheduler(gpu: &GpuContext, program: &Program, source: impl WorkSource + 'static, schedule: &Schedule) -> Scheduler {
     Scheduler::builder(program, source)
         .schedule(schedule)
-        .cache(&gpu.cache)
-        .build(&gpu.device, &gpu.queue)
+        .build_on(gpu)
         .unwrap_or_else(|error| panic!("{}, {schedule}: {error}", program.name()))
 }

@@ -5,7 +5,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use crate::{Error, KernelCache, Result};
+use crate::{Error, Result, executor::KernelCache};
 
 /// A device, its queue and what is known about them.
 #[derive(Clone, Debug)]
@@ -16,8 +16,8 @@ pub struct GpuContext {
     pub queue: wgpu::Queue,
     /// Which adapter it came from.
     pub facts: AdapterFacts,
-    /// Kernels compiled for it.
-    pub cache: KernelCache,
+    /// Those compiled for this device.
+    pub(crate) kernels: KernelCache,
     lost: Arc<Mutex<Option<String>>>,
 }
 
@@ -43,7 +43,10 @@ pub struct AdapterFacts {
 
 impl AdapterFacts {
     fn of(adapter: &wgpu::Adapter) -> Self {
-        let info = adapter.get_info();
+        Self::from_info(adapter.get_info())
+    }
+
+    fn from_info(info: wgpu::AdapterInfo) -> Self {
         AdapterFacts {
             name: info.name,
             backend: info.backend.to_string(),
@@ -134,7 +137,25 @@ impl GpuContext {
                 *slot = Some(format!("{reason:?}: {message}"));
             }
         });
-        Ok(GpuContext { device, queue, facts, cache: KernelCache::new(), lost })
+        Ok(GpuContext { device, queue, facts, kernels: KernelCache::default(), lost })
+    }
+
+    /// A context around a device that somebody else has made. What happens to the device is theirs to watch: [`lost`](Self::lost) says
+    /// nothing, and the validation of indirect calls is as they have left it; [`Scheduler::statistics`](crate::Scheduler::statistics)
+    /// measures what it costs.
+    pub fn borrow(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        GpuContext {
+            facts: AdapterFacts::from_info(device.adapter_info()),
+            device: device.clone(),
+            queue: queue.clone(),
+            kernels: KernelCache::default(),
+            lost: Arc::default(),
+        }
+    }
+
+    /// Kernels compiled for this context, and how often one was found compiled already.
+    pub fn kernels(&self) -> (usize, u64) {
+        (self.kernels.len(), self.kernels.served())
     }
 
     /// Why the device went away, when it has.

@@ -6,7 +6,7 @@
 use std::ops::ControlFlow;
 
 use wavepool::{
-    Film, GpuContext, ImageTiles, Instruments, KernelCache, Program, Progress, Report, Resources, Schedule, Scheduler, profile::Statistics,
+    Film, GpuContext, ImageTiles, Instruments, Program, Progress, Report, Resources, Schedule, Scheduler, profile::Statistics,
     shader::SourceModule, wgpu,
 };
 
@@ -95,15 +95,7 @@ impl Renderer {
     /// # Errors
     /// [`Error`] of the packing (a limit of the buffers) or of the scheduler.
     pub fn new(gpu: &GpuContext, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
-        Self::on(&gpu.device, &gpu.queue, &gpu.cache, scene, settings)
-    }
-
-    /// As [`new`](Self::new), on a borrowed device; kernels that `cache` holds are not compiled again.
-    ///
-    /// # Errors
-    /// As [`new`](Self::new).
-    pub fn on(device: &wgpu::Device, queue: &wgpu::Queue, cache: &KernelCache, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
-        let limits = device.limits();
+        let (device, limits) = (&gpu.device, gpu.device.limits());
         let binding_limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let packed = pack(scene, settings, binding_limit)?;
         let program = program_of(&packed)?;
@@ -113,8 +105,7 @@ impl Renderer {
             .schedule(&settings.schedule)
             .resources(&resources)
             .instruments(settings.instruments)
-            .cache(cache)
-            .build(device, queue)?;
+            .build_on(gpu)?;
         scheduler.set_seed(settings.seed);
         Ok(Renderer { scheduler, settings: settings.clone(), warnings: packed.facts.warnings })
     }

@@ -50,8 +50,8 @@ fn tick(gpu: &GpuContext) -> Result<(), Failure> {
         let instruments = Instruments { times: true, ..Instruments::default() };
         let source = LinearRange { count: blocks * 256 * 2 };
         let program = programs::collatz();
-        let builder = Scheduler::builder(&program, source).schedule(&schedule).instruments(instruments).cache(&gpu.cache);
-        let mut scheduler = builder.build(&gpu.device, &gpu.queue)?;
+        let builder = Scheduler::builder(&program, source).schedule(&schedule).instruments(instruments);
+        let mut scheduler = builder.build_on(gpu)?;
         scheduler.run(1)?;
         let (_, report) = scheduler.run(2)?;
         let Some(times) = &report.observed.times else {
@@ -98,8 +98,8 @@ fn wrappers(gpu: &GpuContext, is_quick: bool) -> Result<(), Failure> {
         let source = LinearRange { count: blocks * 256 };
         let instruments = Instruments { times: true, ..Instruments::default() };
         let schedule = Schedule::block().with_pool_blocks(blocks);
-        let builder = Scheduler::builder(&program, source).schedule(&schedule).instruments(instruments).cache(&gpu.cache);
-        let mut scheduler = builder.build(&gpu.device, &gpu.queue)?;
+        let builder = Scheduler::builder(&program, source).schedule(&schedule).instruments(instruments);
+        let mut scheduler = builder.build_on(gpu)?;
         let layout: Layout = scheduler.layout().clone();
         scheduler.run(1)?;
         let (_, report) = scheduler.run(2)?;

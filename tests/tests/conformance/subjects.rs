@@ -78,9 +78,9 @@ impl Subject {
         let gpu = gpu().expect("asked before");
         match self {
             Subject::Program(program) => {
-                let mut builder = Scheduler::builder(program, image).schedule(schedule).instruments(instruments).cache(&gpu.cache);
+                let mut builder = Scheduler::builder(program, image).schedule(schedule).instruments(instruments);
                 builder = fault.into_iter().fold(builder, |builder, fault| builder.fault(fault));
-                let mut scheduler = builder.build(&gpu.device, &gpu.queue).map_err(|error| error.to_string())?;
+                let mut scheduler = builder.build_on(gpu).map_err(|error| error.to_string())?;
                 scheduler.run_with(0, samples, patient).map_err(|error| error.to_string())
             }
             Subject::Scene(scene) => {

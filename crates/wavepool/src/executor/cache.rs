@@ -1,7 +1,8 @@
 //! Compiled kernels, kept for the next scheduler that needs the same.
 //!
-//! Key decision: the key is the whole text of the module (features, constants and policies are in it), the entry point, the layout of the
-//! bindings and the device. Nothing can be served that another choice would have made different.
+//! Key decision: the key is the whole text of the module (features, constants and policies are in it), the entry point and the layout of
+//! the bindings. Nothing can be served that another choice would have made different. A cache belongs to one device for good: wgpu tells
+//! devices of one instance apart, but not those of two.
 
 use std::{
     collections::HashMap,
@@ -11,21 +12,20 @@ use std::{
 
 use xxhash_rust::xxh3::xxh3_128;
 
-/// A shared store of compiled kernels; clones share it. Dropping the last clone drops the kernels, and with them the hold on their devices.
+/// The compiled kernels of one device; clones share them.
 #[derive(Clone, Default)]
-pub struct KernelCache(Arc<Mutex<Store>>);
+pub(crate) struct KernelCache(Arc<Mutex<Store>>);
 
 #[derive(Default)]
 struct Store {
     pipelines: HashMap<Key, wgpu::ComputePipeline>,
-    modules: HashMap<(wgpu::Device, u128), wgpu::ShaderModule>,
+    modules: HashMap<u128, wgpu::ShaderModule>,
     served: u64,
 }
 
 /// What tells one kernel from another.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Key {
-    pub(super) device: wgpu::Device,
     /// Of the text of the whole module.
     pub(super) text: u128,
     pub(super) entry_point: String,
@@ -39,23 +39,13 @@ pub(super) fn fingerprint(text: &str) -> u128 {
 }
 
 impl KernelCache {
-    /// An empty one.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// Kernels in it.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.0.lock().map_or(0, |store| store.pipelines.len())
     }
 
-    /// True when there is none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
     /// How often a kernel was found here and not compiled.
-    pub fn served(&self) -> u64 {
+    pub(crate) fn served(&self) -> u64 {
         self.0.lock().map_or(0, |store| store.served)
     }
 
@@ -72,13 +62,13 @@ impl KernelCache {
         }
     }
 
-    pub(super) fn module(&self, device: &wgpu::Device, text: u128) -> Option<wgpu::ShaderModule> {
-        self.0.lock().ok()?.modules.get(&(device.clone(), text)).cloned()
+    pub(super) fn module(&self, text: u128) -> Option<wgpu::ShaderModule> {
+        self.0.lock().ok()?.modules.get(&text).cloned()
     }
 
-    pub(super) fn keep_module(&self, device: &wgpu::Device, text: u128, module: &wgpu::ShaderModule) {
+    pub(super) fn keep_module(&self, text: u128, module: &wgpu::ShaderModule) {
         if let Ok(mut store) = self.0.lock() {
-            store.modules.insert((device.clone(), text), module.clone());
+            store.modules.insert(text, module.clone());
         }
     }
 }

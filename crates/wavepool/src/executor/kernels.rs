@@ -118,7 +118,7 @@ impl Kernels {
                 _ => Class::Stage,
             };
             let (text, groups, layout) = part(class);
-            let key = Key { device: device.clone(), text: fingerprint(text), entry_point: kernel.entry_point(), layout };
+            let key = Key { text: fingerprint(text), entry_point: kernel.entry_point(), layout };
             let pipeline = match cache.pipeline(&key) {
                 Some(pipeline) => pipeline,
                 None => {
@@ -146,14 +146,14 @@ fn compile(
     groups: &[Option<&wgpu::BindGroupLayout>],
     cache: &KernelCache,
 ) -> Result<wgpu::ComputePipeline> {
-    let module = match cache.module(device, key.text) {
+    let module = match cache.module(key.text) {
         Some(module) => module,
         None => {
             let source = wgpu::ShaderSource::Wgsl(text.into());
             let module = scoped(device, &format!("compiling {label}"), || {
                 device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(label), source })
             })?;
-            cache.keep_module(device, key.text, &module);
+            cache.keep_module(key.text, &module);
             module
         }
     };

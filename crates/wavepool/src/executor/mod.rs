@@ -20,7 +20,7 @@ mod times;
 
 use std::time::Duration;
 
-pub use cache::KernelCache;
+pub(crate) use cache::KernelCache;
 pub use resources::{Resources, upload};
 pub use run::Run;
 pub use snapshot::{LaneState, PoolSnapshot, Value};
@@ -29,7 +29,7 @@ pub use stripped::SchedulingCost;
 #[cfg(doc)]
 use crate::Error;
 use crate::{
-    Film, Instruments, Program, Result, Schedule,
+    Film, GpuContext, Instruments, Program, Result, Schedule,
     layout::Layout,
     plan::Plan,
     policy::{Execution, OrderRule, WorkSource},
@@ -91,17 +91,20 @@ impl SchedulerBuilder<'_> {
         self
     }
 
-    /// Where to look for kernels before compiling them, and to keep those that are compiled.
-    pub fn cache(mut self, cache: &KernelCache) -> Self {
-        self.cache = cache.clone();
-        self
-    }
-
     /// For tests: puts a mistake into generated text.
     #[doc(hidden)]
     pub fn fault(mut self, fault: Fault) -> Self {
         self.faults.push(fault);
         self
+    }
+
+    /// As [`build`](Self::build), on a context, whose kernels are not compiled again.
+    ///
+    /// # Errors
+    /// As [`build`](Self::build).
+    pub fn build_on(mut self, gpu: &GpuContext) -> Result<Scheduler> {
+        self.cache = gpu.kernels.clone();
+        self.build(&gpu.device, &gpu.queue)
     }
 
     /// Generates and compiles the kernels.
@@ -240,7 +243,7 @@ impl Scheduler {
             schedule: Schedule::default(),
             resources: Resources::new(),
             instruments: Instruments::default(),
-            cache: KernelCache::new(),
+            cache: KernelCache::default(),
             faults: Vec::new(),
         }
     }

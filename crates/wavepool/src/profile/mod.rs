@@ -74,7 +74,7 @@ pub struct Times {
     pub idle_ns: u64,
     /// Submissions that were timed.
     pub submissions: u64,
-    /// Launches one by one, the first [`MOST_EVENTS`] of them.
+    /// Launches one by one, the first million of them.
     pub events: Vec<Event>,
     /// Launches that are in the sums but not in the list.
     pub events_left_out: u64,
