@@ -9,3 +9,4 @@ pub mod kernels;
 pub mod moments;
 pub mod programs;
 pub mod traps;
+pub mod workloads;

@@ -5,6 +5,8 @@
 
 #[path = "conformance/array.rs"]
 mod array;
+#[path = "conformance/exact.rs"]
+mod exact;
 #[path = "conformance/faults.rs"]
 mod faults;
 #[path = "conformance/identity.rs"]
