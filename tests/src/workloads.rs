@@ -196,6 +196,11 @@ impl Workload {
         &self.lengths[pass_index as usize][tile as usize]
     }
 
+    /// Cuts longer walks down to so many steps.
+    pub fn shorten(&mut self, most: u32) {
+        self.lengths.iter_mut().flatten().flatten().for_each(|length| *length = most.min(*length));
+    }
+
     /// Its policies.
     pub fn schedule(&self) -> Schedule {
         let schedule = match self.block {
