@@ -11,3 +11,4 @@ pub mod memory;
 pub mod moments;
 pub mod programs;
 pub mod traps;
+pub mod workloads;

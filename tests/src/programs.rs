@@ -15,6 +15,10 @@ pub fn all() -> Vec<fn() -> Program> {
         identity_sum,
         not_finite,
         waiting,
+        given,
+        watched,
+        weightless,
+        heavy,
         memory::relay,
         memory::packed,
         arrays::web,
@@ -173,6 +177,82 @@ pub fn waiting_steps(pixel: u32, sample: u32) -> u32 {
     h = (h ^ h >> 15).wrapping_mul(0x2c1b_3c6d);
     h ^= h >> 12;
     1 + h % 5 + if h.is_multiple_of(199) { (h >> 8) % 90 } else { 0 }
+}
+
+/// A walk of as many steps as the buffer `lengths` says: the number of pixels, then a word per sample and pixel. The result is their
+/// number.
+pub fn given() -> Program {
+    let wgsl = "
+struct Walk { left: u32, steps: u32 }
+@group(1) @binding(0) var<storage, read> lengths: array<u32>;
+fn generate(w: ptr<function, Walk>, item: Item) { (*w).left = lengths[1u + item.sample * lengths[0] + item.pixel]; }
+fn walk(w: ptr<function, Walk>) -> u32 {
+    (*w).steps += 1u;
+    (*w).left -= 1u;
+    if ((*w).left == 0u) { return FINISH; }
+    return CONTINUE;
+}
+fn finish(w: ptr<function, Walk>) -> u32 { return (*w).steps; }
+";
+    build("given", wgsl.to_owned(), &["walk"])
+}
+
+/// Collatz's rule, watched: counters of odd and of all steps, one that nobody calls, and two assertions of which one fails where a walk
+/// begins at a multiple of 3.
+pub fn watched() -> Program {
+    let wgsl = "
+struct Walk { n: u32, steps: u32 }
+fn generate(w: ptr<function, Walk>, item: Item) {
+    (*w).n = item.pixel + 1u;
+    assert_begins_apart((item.pixel + 1u) % 3u != 0u);
+}
+fn step(w: ptr<function, Walk>) -> u32 {
+    count_steps(1u);
+    assert_positive((*w).n > 0u);
+    if ((*w).n == 1u) { return FINISH; }
+    if ((*w).n % 2u == 1u) { count_odd(2u); }
+    (*w).n = select((*w).n / 2u, 3u * (*w).n + 1u, (*w).n % 2u == 1u);
+    (*w).steps += 1u;
+    return CONTINUE;
+}
+fn finish(w: ptr<function, Walk>) -> u32 { return (*w).steps; }
+";
+    let builder = Program::builder("watched").source("watched.wgsl", wgsl).stage("step");
+    let builder = builder.counter("steps").counter("odd").counter("uncalled");
+    let program = builder.assertion("begins_apart").assertion("positive").assertion("idle").build();
+    program.unwrap_or_else(|error| panic!("watched:\n{error}"))
+}
+
+/// A state of which no leaf outlives a kernel: one step, in which the only leaf is written before it is read.
+pub fn weightless() -> Program {
+    let wgsl = "
+struct Walk { scratch: u32 }
+fn generate(w: ptr<function, Walk>, item: Item) { }
+fn stop(w: ptr<function, Walk>) -> u32 { (*w).scratch = 41u; (*w).scratch += 1u; return FINISH; }
+fn finish(w: ptr<function, Walk>) -> u32 { return 7u; }
+";
+    build("weightless", wgsl.to_owned(), &["stop"])
+}
+
+/// A state of 1 KiB per lane, every word of it used: 64 rows are filled one per step and summed at the end.
+pub fn heavy() -> Program {
+    let wgsl = "
+struct Walk { rows: array<vec4f, 64>, row: u32 }
+fn generate(w: ptr<function, Walk>, item: Item) { (*w).row = item.pixel % 8u; }
+fn fill(w: ptr<function, Walk>) -> u32 {
+    let row = (*w).row;
+    (*w).rows[row % 64u] = vec4f(f32(row), 1.0, 2.0, 3.0);
+    (*w).row += 8u;
+    if ((*w).row >= 64u) { return FINISH; }
+    return CONTINUE;
+}
+fn finish(w: ptr<function, Walk>) -> vec4f {
+    var sum = vec4f();
+    for (var row = 0u; row < 64u; row++) { sum += (*w).rows[row]; }
+    return sum;
+}
+";
+    build("heavy", wgsl.to_owned(), &["fill"])
 }
 
 /// One step; the results are 0.1, a number near 2^32, the pixel and the sample.

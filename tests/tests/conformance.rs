@@ -7,6 +7,8 @@
 mod array;
 #[path = "conformance/cache.rs"]
 mod cache;
+#[path = "conformance/exact.rs"]
+mod exact;
 #[path = "conformance/faults.rs"]
 mod faults;
 #[path = "conformance/identity.rs"]

@@ -8,5 +8,3 @@ mod brute_force;
 mod paper;
 #[path = "policy/properties.rs"]
 mod properties;
-#[path = "policy/workloads.rs"]
-mod workloads;

@@ -61,6 +61,14 @@ pub(crate) fn flight_helmet() -> Option<Subject> {
 }
 
 impl Subject {
+    /// Stages of a step.
+    pub(crate) fn stages(&self) -> usize {
+        match self {
+            Subject::Program(program) => program.stages().count(),
+            Subject::Scene(scene) => Renderer::program(scene).map_or(0, |program| program.stages().count()),
+        }
+    }
+
     /// Walks all pixels of an image; failures name the schedule.
     pub(crate) fn run(&self, image: ImageTiles, samples: u32, schedule: &Schedule, instruments: Instruments) -> (Film, Report) {
         self.try_run(image, samples, schedule, instruments, None).unwrap_or_else(|error| panic!("{schedule}: {error}"))

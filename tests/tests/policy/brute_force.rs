@@ -7,7 +7,7 @@
 
 use wavepool::replay::{Assignment, Occupancy, Replay};
 
-use crate::workloads::{Order, Workload};
+use wavepool_tests::workloads::{Order, Workload};
 
 /// A tile that has begun: its walks live from step `birth` on.
 struct Begun {

@@ -3,11 +3,9 @@
 use std::collections::HashSet;
 
 use wavepool::replay::{Replay, WIDTHS};
+use wavepool_tests::workloads::{LENGTHS, Order, Workload};
 
-use crate::{
-    brute_force::brute_force,
-    workloads::{LENGTHS, Order, Workload},
-};
+use crate::brute_force::brute_force;
 
 /// Workloads per order, with and without regeneration each.
 const WORKLOADS: u64 = 1000;

@@ -73,6 +73,13 @@ impl Replay {
         self.live_blocks.iter().map(|blocks| u64::from(*blocks)).sum()
     }
 
+    /// Dispatches with at least one group, of a program with so many stages in a pool of one bank, as [`Report::launches`](crate::Report)
+    /// counts them.
+    pub fn launches(&self, stages: usize) -> u64 {
+        let ticks = 1 + self.steps();
+        ticks + stages as u64 * self.steps() + (self.regenerations.len() + self.resolved_after.len()) as u64
+    }
+
     /// Sum over the steps of lanes alive when the step began.
     pub fn lane_steps(&self) -> u64 {
         self.live_lanes.iter().map(|lanes| u64::from(*lanes)).sum()

@@ -11,18 +11,25 @@ use wavepool::{
 
 /// Orders of tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Order {
+pub enum Order {
+    /// By number.
     Scanline,
+    /// Along the curve.
     Morton,
+    /// By the longest walk.
     DepthMax,
+    /// By the mean walk.
     DepthMean,
+    /// By the longest walk, averaged over passes.
     DepthDecayed,
 }
 
 impl Order {
-    pub(crate) const ALL: [Order; 5] = [Order::Scanline, Order::Morton, Order::DepthMax, Order::DepthMean, Order::DepthDecayed];
+    /// All of them.
+    pub const ALL: [Order; 5] = [Order::Scanline, Order::Morton, Order::DepthMax, Order::DepthMean, Order::DepthDecayed];
 
-    pub(crate) fn is_measured(self) -> bool {
+    /// True for those that depend on earlier passes.
+    pub fn is_measured(self) -> bool {
         !matches!(self, Order::Scanline | Order::Morton)
     }
 
@@ -39,47 +46,97 @@ impl Order {
 
 /// How the lengths of walks are distributed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Lengths {
+pub enum Lengths {
+    /// All alike.
     Constant,
+    /// As of a coin.
     Geometric,
+    /// A few are very long.
     HeavyTail,
+    /// One is very long.
     OneStraggler,
+    /// One step each.
     AllOnes,
     /// Tiles differ, walks of a tile hardly do.
     ByTile,
 }
 
-pub(crate) const LENGTHS: [Lengths; 6] =
+/// All distributions.
+pub const LENGTHS: [Lengths; 6] =
     [Lengths::Constant, Lengths::Geometric, Lengths::HeavyTail, Lengths::OneStraggler, Lengths::AllOnes, Lengths::ByTile];
 
 /// One workload under one schedule.
 #[derive(Clone, Debug)]
-pub(crate) struct Workload {
-    pub(crate) number: u64,
-    pub(crate) order: Order,
+pub struct Workload {
+    /// Which it is.
+    pub number: u64,
+    /// Of the tiles.
+    pub order: Order,
     /// Threshold and interval of checks; `None` is `never`.
-    pub(crate) block: Option<(f32, u32)>,
-    pub(crate) columns: u32,
-    pub(crate) pool: u32,
-    pub(crate) ring: u32,
-    pub(crate) passes: u32,
-    pub(crate) kind: Lengths,
-    source: Source,
+    pub block: Option<(f32, u32)>,
+    /// Of the grid of tiles; 1 without.
+    pub columns: u32,
+    /// Blocks.
+    pub pool: u32,
+    /// Passes in flight.
+    pub ring: u32,
+    /// Passes to do.
+    pub passes: u32,
+    /// Distribution of the lengths.
+    pub kind: Lengths,
+    /// What there is to do.
+    pub source: Source,
     /// By pass, then by tile.
     lengths: Vec<Vec<[u32; 256]>>,
 }
 
+/// An image or a range.
 #[derive(Clone, Copy, Debug)]
-enum Source {
+pub enum Source {
+    /// Tiles in a grid.
     Image(ImageTiles),
+    /// Tiles in a row.
     Range(LinearRange),
 }
 
+impl Source {
+    fn inner(&self) -> &dyn WorkSource {
+        match self {
+            Source::Image(image) => image,
+            Source::Range(range) => range,
+        }
+    }
+}
+
+impl WorkSource for Source {
+    fn tiles(&self) -> u32 {
+        self.inner().tiles()
+    }
+
+    fn pixels(&self) -> u32 {
+        self.inner().pixels()
+    }
+
+    fn parameters(&self) -> [u32; 4] {
+        self.inner().parameters()
+    }
+
+    fn wgsl(&self) -> String {
+        self.inner().wgsl()
+    }
+
+    fn pixel(&self, tile: u32, index: u32) -> Option<u32> {
+        self.inner().pixel(tile, index)
+    }
+}
+
 /// A sequence of numbers that looks random: splitmix64 of Steele, Lea and Flood, 2014.
-pub(crate) struct Draws(pub(crate) u64);
+#[derive(Clone, Debug)]
+pub struct Draws(pub u64);
 
 impl Draws {
-    pub(crate) fn next(&mut self) -> u64 {
+    /// The next number.
+    pub fn draw(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -88,22 +145,23 @@ impl Draws {
     }
 
     /// From `low` to `high`, both included.
-    pub(crate) fn between(&mut self, low: u32, high: u32) -> u32 {
-        low + (self.next() % u64::from(high - low + 1)) as u32
+    pub fn between(&mut self, low: u32, high: u32) -> u32 {
+        low + (self.draw() % u64::from(high - low + 1)) as u32
     }
 
     fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+        (self.draw() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    fn one_of<T: Copy>(&mut self, choices: &[T]) -> T {
-        choices[(self.next() % choices.len() as u64) as usize]
+    /// One of some.
+    pub fn one_of<T: Copy>(&mut self, choices: &[T]) -> T {
+        choices[(self.draw() % choices.len() as u64) as usize]
     }
 }
 
 impl Workload {
     /// The workload of this number under an order, with or without regeneration.
-    pub(crate) fn draw(number: u64, order: Order, regenerates: bool) -> Self {
+    pub fn draw(number: u64, order: Order, regenerates: bool) -> Self {
         let draws = &mut Draws(number << 8 | (order as u64) << 1 | u64::from(regenerates));
         let source = if draws.between(0, 2) > 0 {
             Source::Image(ImageTiles { width: draws.between(1, 70), height: draws.between(1, 70) })
@@ -128,30 +186,60 @@ impl Workload {
         Workload { number, order, block, columns, pool, ring, passes, kind, source, lengths }
     }
 
-    pub(crate) fn tiles(&self) -> u32 {
+    /// Tiles per pass.
+    pub fn tiles(&self) -> u32 {
         self.lengths[0].len() as u32
     }
 
-    pub(crate) fn lengths(&self, pass_index: u32, tile: u32) -> &[u32; 256] {
+    /// Lengths of a tile; 0 where it has no item.
+    pub fn lengths(&self, pass_index: u32, tile: u32) -> &[u32; 256] {
         &self.lengths[pass_index as usize][tile as usize]
     }
 
-    /// What the library makes of it.
-    pub(crate) fn replay(&self) -> Replay {
+    /// Cuts longer walks down to so many steps.
+    pub fn shorten(&mut self, most: u32) {
+        self.lengths.iter_mut().flatten().flatten().for_each(|length| *length = most.min(*length));
+    }
+
+    /// Its policies.
+    pub fn schedule(&self) -> Schedule {
         let schedule = match self.block {
             Some((threshold, check_every)) => Schedule::block().with_regeneration(BlockInPlace::new(threshold, check_every)),
             None => Schedule::never(),
         };
-        let source: &dyn WorkSource = match &self.source {
-            Source::Image(image) => image,
-            Source::Range(range) => range,
-        };
+        self.order.apply(schedule)
+    }
+
+    /// What the library makes of it.
+    pub fn replay(&self) -> Replay {
+        self.replay_with(self.pool, self.ring)
+    }
+
+    /// The same with another pool and ring.
+    pub fn replay_with(&self, pool: u32, ring: u32) -> Replay {
         let lengths = |pass_index: u32, tile: u32, lengths: &mut [u32; 256]| *lengths = *self.lengths(pass_index, tile);
-        replay(&self.order.apply(schedule), source, self.passes, self.pool, self.ring, &lengths)
+        replay(&self.schedule(), &self.source, self.passes, pool, ring, &lengths)
+    }
+
+    /// The lengths as the program `given` reads them: the number of pixels, then a word per pass and pixel.
+    pub fn words(&self) -> Vec<u32> {
+        let pixels = self.source.pixels() as usize;
+        let mut words = vec![0; 1 + self.passes as usize * pixels];
+        words[0] = pixels as u32;
+        for (pass_index, tiles) in self.lengths.iter().enumerate() {
+            for (tile, lengths) in tiles.iter().enumerate() {
+                for (index, length) in lengths.iter().enumerate() {
+                    if let Some(pixel) = self.source.pixel(tile as u32, index as u32) {
+                        words[1 + pass_index * pixels + pixel as usize] = *length;
+                    }
+                }
+            }
+        }
+        words
     }
 
     /// How a failure is told.
-    pub(crate) fn name(&self) -> String {
+    pub fn name(&self) -> String {
         let Workload { number, order, block, pool, ring, passes, kind, source, .. } = self;
         format!("workload {number}: {order:?}, block {block:?}, {pool} blocks, ring {ring}, {passes} passes, {kind:?}, {source:?}")
     }

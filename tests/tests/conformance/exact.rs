@@ -1,0 +1,140 @@
+//! The schedule is predicted: from the lengths of the walks and the policies alone, every count, every step and every tile handed out.
+//!
+//! Key decision: lengths come from outside (a buffer that the test has made up, or a megakernel's run of the same scene), never from the
+//! run that is predicted.
+
+use std::time::Instant;
+
+use wavepool::{
+    ImageTiles, Instruments, Report, Resources, Schedule, Scheduler,
+    policy::{PerBlock, PerLane, Statistic},
+    replay::{Replay, replay},
+    upload, wgpu,
+};
+use wavepool_tests::{
+    device::{gpu, level, patient},
+    programs::given,
+    workloads::{Draws, Order, Workload},
+};
+
+use crate::subjects::{Subject, built_in, flight_helmet};
+
+/// Threshold and interval of checks; `None` is `never`.
+const POLICIES: [Option<(f32, u32)>; 5] = [None, Some((0.0, 1)), Some((0.25, 1)), Some((0.5, 2)), Some((2.0, 3))];
+
+/// Workloads per policy and order.
+fn workloads() -> u64 {
+    match (std::env::var("WAVEPOOL_FULL").as_deref(), level()) {
+        (Ok("1"), _) => 200,
+        (_, None) => 80,
+        (_, Some(_)) => 20,
+    }
+}
+
+/// Everything that replay can know about a run, in a form that shows where two differ.
+fn assert_predicted(report: &Report, seen: &Replay, stages: usize, name: &str) {
+    let steps = report.observed.steps.as_ref().expect("asked for");
+    assert_eq!(steps.assignments, seen.assignments, "{name}: assignments");
+    let of = |figure: fn(&wavepool::profile::StepRecord) -> u32| steps.steps.iter().map(figure).collect::<Vec<_>>();
+    assert_eq!(of(|step| step.live_blocks), seen.live_blocks, "{name}: live blocks");
+    assert_eq!(of(|step| step.live_lanes), seen.live_lanes, "{name}: live lanes");
+    let mut new_blocks = vec![0; seen.live_blocks.len()];
+    seen.assignments.iter().for_each(|given| new_blocks[given.step as usize - 1] += 1);
+    assert_eq!(of(|step| step.new_blocks), new_blocks, "{name}: blocks that start a tile");
+    assert_eq!(steps.resolved_after, seen.resolved_after, "{name}: passes resolved");
+    let counted = (report.steps, u64::from(report.regenerations), report.block_steps, report.lane_steps);
+    assert_eq!(counted, (seen.steps(), seen.regenerations.len() as u64, seen.block_steps(), seen.lane_steps()), "{name}: totals");
+    let launches = seen.launches(stages);
+    assert!(report.launches == launches || report.banks > 1 && report.launches > launches, "{name}: {} of {launches}", report.launches);
+}
+
+/// For each of 25 policies 80 workloads, which is 400 per rule of regeneration (1000 with `WAVEPOOL_FULL=1`), 20 on further levels of devices.
+/// Kills: a tick that asks too early or compares the other way; a block retired a step late; tiles beyond the ring; a key of a running
+/// tile that ignores its age; the last step of a submission lost by the record; a length that counts from the wrong birth.
+#[test]
+fn made_up_workloads_are_predicted_exactly() {
+    let Some(gpu) = gpu() else { return };
+    let program = given();
+    let (begun, mut runs) = (Instant::now(), 0);
+    let instruments = Instruments { steps: true, lengths: true, ..Instruments::default() };
+    for (policy, order) in POLICIES.iter().flat_map(|policy| Order::ALL.map(|order| (policy, order))) {
+        for number in 0..workloads() {
+            let mut workload = Workload::draw(number, order, policy.is_some());
+            workload.block = *policy;
+            let draws = &mut Draws(number << 3);
+            // A launch without groups is not free: few banks, and few walks of a thousand steps.
+            let bank = draws.one_of(&[None, Some(1), Some(2), Some(4)]).map(|banks| workload.pool.div_ceil(banks));
+            let submission = draws.one_of(&[None, Some(1), Some(7)]);
+            if number % 50 > 0 {
+                workload.shorten(40);
+            }
+            let mut schedule = workload.schedule().with_pool_blocks(workload.pool).with_ring(workload.ring);
+            (schedule.bank_blocks, schedule.submission_steps) = (bank, submission);
+            let name = format!("{}, banks of {bank:?}, submissions of {submission:?}", workload.name());
+            let words = workload.words();
+            let buffer = upload(&gpu.device, "lengths", wavepool::bytemuck::cast_slice(&words), wgpu::BufferUsages::STORAGE);
+            let resources = Resources::new().buffer("lengths", &buffer.unwrap_or_else(|error| panic!("{name}: {error}")));
+            let builder = Scheduler::builder(&program, workload.source).schedule(&schedule).resources(&resources).instruments(instruments);
+            let scheduler = builder.build_on(gpu);
+            let outcome = scheduler.and_then(|mut scheduler| scheduler.run_with(0, workload.passes, patient));
+            let (_, report) = outcome.unwrap_or_else(|error| panic!("{name}: {error}"));
+            assert_predicted(&report, &workload.replay_with(report.pool_blocks, report.ring), 1, &name);
+            let kept = report.observed.lengths.as_ref().expect("asked for");
+            let given = (0..workload.passes).flat_map(|pass| (0..workload.tiles()).map(move |tile| (pass, tile)));
+            let given = given.flat_map(|(pass, tile)| workload.lengths(pass, tile).iter());
+            assert!(kept.words().iter().eq(given), "{name}: lengths");
+            runs += 1;
+        }
+    }
+    eprintln!("{runs} workloads in {:.1} s on {}", begun.elapsed().as_secs_f64(), gpu.facts);
+}
+
+const IMAGE: ImageTiles = ImageTiles { width: 40, height: 56 };
+const SAMPLES: u32 = 4;
+
+/// Takes the lengths of a megakernel's walks and predicts wavefronts with them.
+fn predict(name: &str, subject: &Subject) {
+    let lengths_only = Instruments { lengths: true, ..Instruments::default() };
+    let observed = Instruments { steps: true, lengths: true, ..Instruments::default() };
+    let by_block = |statistic| Some(std::sync::Arc::new(PerBlock(statistic)) as std::sync::Arc<dyn wavepool::policy::Roulette>);
+    let roulettes = [Some(std::sync::Arc::new(PerLane) as _), by_block(Statistic::Max), by_block(Statistic::Mean)];
+    for roulette in roulettes {
+        let megakernel = Schedule::megakernel().with_roulette(roulette.clone());
+        let (_, report) = subject.run(IMAGE, SAMPLES, &megakernel, lengths_only);
+        let lengths = report.observed.lengths.expect("asked for");
+        let longest = lengths.words().iter().max().copied().unwrap_or(0);
+        assert!(longest > 4, "{name}: walks of {longest} steps predict nothing");
+        for (text, pool) in [
+            ("never", 5),
+            ("block,threshold=0,check_every=1", 3),
+            ("block,threshold=0.25,check_every=2,order=morton", 7),
+            ("block,threshold=0.5,check_every=1,order=depth-max", 5),
+            ("never,order=depth-mean", 9),
+            ("block,order=depth-decayed", 40),
+        ] {
+            let schedule = text.parse::<Schedule>().expect("a schedule").with_pool_blocks(pool).with_roulette(roulette.clone());
+            let (_, report) = subject.run(IMAGE, SAMPLES, &schedule, observed);
+            let what = format!("{name}, {schedule}, {pool} blocks");
+            let seen = replay(&schedule, &IMAGE, SAMPLES, report.pool_blocks, report.ring, &lengths);
+            assert_eq!(report.observed.lengths.as_ref(), Some(&lengths), "{what}: lengths of the walks");
+            assert_predicted(&report, &seen, subject.stages(), &what);
+        }
+    }
+}
+
+/// Kills: a walk that takes another step in the wavefront than in the megakernel; a block that obeys its draw a step early or late; a
+/// megakernel that counts steps from 0.
+#[test]
+fn built_in_scenes_are_predicted_from_the_megakernel() {
+    if gpu().is_some() && level().is_none() {
+        ["cornell-box", "mirror-corridor"].iter().for_each(|name| predict(name, &built_in(name)));
+    }
+}
+
+/// Kills: a stage whose walks end elsewhere when textures, alpha and a panorama are looked up.
+#[test]
+fn a_real_file_is_predicted_from_the_megakernel() {
+    if gpu().is_some() && level().is_none() {
+        flight_helmet().iter().for_each(|helmet| predict("FlightHelmet", helmet));
+    }
+}
