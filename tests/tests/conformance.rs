@@ -13,6 +13,8 @@ mod faults;
 mod identity;
 #[path = "conformance/pins.rs"]
 mod pins;
+#[path = "conformance/planted.rs"]
+mod planted;
 #[path = "conformance/poison.rs"]
 mod poison;
 #[path = "conformance/replay.rs"]
