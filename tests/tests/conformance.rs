@@ -5,6 +5,8 @@
 
 #[path = "conformance/array.rs"]
 mod array;
+#[path = "conformance/edges.rs"]
+mod edges;
 #[path = "conformance/exact.rs"]
 mod exact;
 #[path = "conformance/faults.rs"]

@@ -12,6 +12,7 @@ use wavepool_tests::{
 use crate::subjects::built_in;
 
 const IMAGE: ImageTiles = ImageTiles { width: 40, height: 56 };
+const SMALL: ImageTiles = ImageTiles { width: 40, height: 24 };
 
 const fn fault(part: &'static str, find: &'static str, replace: &'static str) -> Fault {
     Fault { part, find, replace }
@@ -169,7 +170,7 @@ fn instruments_change_nothing() {
     };
     let ways = [
         Instruments::checked(),
-        Instruments { look_after: 600, ..Instruments::default() },
+        Instruments { look_after: 300, ..Instruments::default() },
         Instruments { markers: true, assertions: true, ..Instruments::default() },
         Instruments::statistics(),
     ];
@@ -178,7 +179,7 @@ fn instruments_change_nothing() {
         for make in programs::all() {
             let program = make();
             let run = |instruments| {
-                with_faults(&program, IMAGE, 2, &schedule, instruments, &[])
+                with_faults(&program, SMALL, 2, &schedule, instruments, &[])
                     .unwrap_or_else(|error| panic!("{}, {schedule}, {instruments:?}: {error}", program.name()))
             };
             let (film, report) = run(Instruments::default());
@@ -187,15 +188,15 @@ fn instruments_change_nothing() {
                 assert_eq!(other.hash(), film.hash(), "{}, {schedule}, {instruments:?}", program.name());
                 assert_eq!(counts(&seen), counts(&report), "{}, {schedule}, {instruments:?}", program.name());
                 let blind = instruments.look_after > 0;
-                assert!(!blind || seen.submissions > 80, "{} submissions before a look", seen.submissions);
+                assert!(!blind || seen.submissions > 40, "{} submissions before a look", seen.submissions);
             }
         }
-        let box_of_cornell = built_in("cornell-box");
-        let image = ImageTiles { width: 40, height: 24 };
-        let (film, report) = box_of_cornell.run(image, 2, &schedule, Instruments::default());
-        for instruments in ways {
-            let (other, seen) = box_of_cornell.run(image, 2, &schedule, instruments);
-            assert_eq!((other.hash(), counts(&seen)), (film.hash(), counts(&report)), "cornell-box, {schedule}, {instruments:?}");
-        }
+    }
+    let schedule = Schedule::block().with_pool_blocks(5).with_bank_blocks(2).with_submission_steps(7);
+    let box_of_cornell = built_in("cornell-box");
+    let (film, report) = box_of_cornell.run(SMALL, 2, &schedule, Instruments::default());
+    for instruments in &ways[..2] {
+        let (other, seen) = box_of_cornell.run(SMALL, 2, &schedule, *instruments);
+        assert_eq!((other.hash(), counts(&seen)), (film.hash(), counts(&report)), "cornell-box, {schedule}, {instruments:?}");
     }
 }

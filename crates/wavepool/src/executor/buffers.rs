@@ -2,7 +2,7 @@
 
 use super::{
     kernels::{Class, Kernels, scoped},
-    readback::Staging,
+    readback::{Staging, reader},
     sizes::Sizes,
     times::Clock,
 };
@@ -26,6 +26,8 @@ pub(super) struct Buffers {
     tick_group: wgpu::BindGroup,
     resolve_group: wgpu::BindGroup,
     pub(super) staging: Vec<Staging>,
+    /// For the film and all else that is read at the end.
+    pub(super) reader: wgpu::Buffer,
     pub(super) clock: Option<Clock>,
 }
 
@@ -96,6 +98,7 @@ impl Buffers {
         let record_bytes = if sizes.record_steps > 0 { record.size() } else { 0 };
         let clock = if instruments.times { Clock::new(device, queue)? } else { None };
         let staging = (0..STAGING).map(|_| Staging::new(device, record_bytes, clock.as_ref())).collect::<Result<_>>()?;
+        let reader = reader(device, film.size().max(results.size()))?;
         Ok(Buffers {
             sizes,
             control,
@@ -109,6 +112,7 @@ impl Buffers {
             tick_group,
             resolve_group,
             staging,
+            reader,
             clock,
         })
     }
