@@ -11,7 +11,7 @@ use path_tracer::{
         AlphaMode, BUILTIN, Environment, Image, LightKind, Material, PunctualLight, Scene, TextureUse, Triangle, Vertex, Wrap, builtin,
     },
 };
-use wavepool::{ImageTiles, LinearRange, Program, Schedule, policy::WorkSource};
+use wavepool::{ImageTiles, Instruments, LinearRange, Program, Schedule, policy::WorkSource};
 
 use crate::programs;
 
@@ -36,6 +36,11 @@ const SCHEDULES: [&str; 9] = [
     "megakernel,order=morton",
     "megakernel,pins=off",
 ];
+const PLAIN: Instruments =
+    Instruments { checked: false, assertions: false, steps: false, lengths: false, times: false, markers: false, look_after: 0 };
+/// What is observed, under names for files, and whether unused leaves are poisoned.
+const SETTINGS: [(&str, Instruments, bool); 3] =
+    [("", PLAIN, false), ("", PLAIN, true), (",observed", Instruments { checked: true, lengths: true, ..PLAIN }, false)];
 const ROULETTES: [&str; 4] = ["lane", "block-max", "block-mean", "none"];
 
 /// All of them, without repetition: programs share the kernels of the scheduler.
@@ -47,15 +52,15 @@ pub fn all() -> Vec<Kernel> {
     let mut seen = HashSet::new();
     for (program_name, program) in all_programs() {
         for schedule in SCHEDULES.iter().flat_map(|schedule| ROULETTES.map(|roulette| format!("{schedule},roulette={roulette}"))) {
-            for poison in [false, true] {
+            for (observed, instruments, poison) in SETTINGS {
                 let mut parsed: Schedule = schedule.parse().unwrap_or_else(|error| panic!("{schedule}: {error}"));
                 parsed.poison = poison.then_some(0x7fc0_0000);
                 let sources: [(&str, &dyn WorkSource); 2] =
                     [("image", &ImageTiles { width: 40, height: 56 }), ("range", &LinearRange { count: 1000 })];
                 for (source_name, source) in sources {
                     let poisoned = if poison { ",poison" } else { "" };
-                    let name = format!("{program_name},{source_name},{schedule}{poisoned}");
-                    let parts = program.wgsl(source, &parsed).unwrap_or_else(|error| panic!("{name}: {error}"));
+                    let name = format!("{program_name},{source_name},{schedule}{poisoned}{observed}");
+                    let parts = program.wgsl_with(source, &parsed, &instruments).unwrap_or_else(|error| panic!("{name}: {error}"));
                     for (part, text) in parts {
                         let name =
                             format!("{name},{part}").replace("order=", "").replace("roulette=", "roulette-").replace(['=', ','], "_");
@@ -147,10 +152,29 @@ mod tests {
             assert!(nothing.iter().all(|kernel| !kernel.text.contains(&format!("fn {effect}("))), "{effect}");
         }
         assert!(!of("collatz").is_empty() && !of("path_tracer-cornell-box").is_empty());
-        for entry in ["wf_tick", "wf_advance", "wf_resolve", "wf_generate", "wf_stage_sample_light", "wf_megakernel"] {
+        for entry in [
+            "wf_tick",
+            "wf_advance",
+            "wf_resolve",
+            "wf_generate",
+            "wf_stage_sample_light",
+            "wf_megakernel",
+            "wf_audit_lanes",
+            "wf_audit_results",
+        ] {
             assert!(kernels.iter().any(|kernel| kernel.text.contains(&format!("fn {entry}("))), "{entry}");
         }
-        for word in ["wf_sort_key(tile)", "wf_tiles_in_square(", "remembered * 3u", "wf_inverse_survival(", "0x7fc00000u"] {
+        for word in [
+            "count_steps(1u)",
+            "if (!holds)",
+            "(holds: bool) { }",
+            "wf_length;",
+            "wf_sort_key(tile)",
+            "wf_tiles_in_square(",
+            "remembered * 3u",
+            "wf_inverse_survival(",
+            "0x7fc00000u",
+        ] {
             assert!(kernels.iter().any(|kernel| kernel.text.contains(word)), "{word}");
         }
         let mut names: Vec<_> = kernels.iter().map(|kernel| &kernel.name).collect();

@@ -7,6 +7,8 @@
 mod array;
 #[path = "conformance/cache.rs"]
 mod cache;
+#[path = "conformance/edges.rs"]
+mod edges;
 #[path = "conformance/exact.rs"]
 mod exact;
 #[path = "conformance/faults.rs"]
@@ -17,6 +19,8 @@ mod identity;
 mod memory;
 #[path = "conformance/pins.rs"]
 mod pins;
+#[path = "conformance/planted.rs"]
+mod planted;
 #[path = "conformance/poison.rs"]
 mod poison;
 #[path = "conformance/replay.rs"]

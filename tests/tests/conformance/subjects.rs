@@ -6,7 +6,7 @@ use path_tracer::{
     Renderer, Settings,
     scene::{self, Scene},
 };
-use wavepool::{Film, ImageTiles, Instruments, Program, Report, Schedule, Scheduler, shader::Fault};
+use wavepool::{Film, ImageTiles, Instruments, Program, Report, Schedule, Scheduler};
 use wavepool_tests::{
     border,
     device::{gpu, patient, skip},
@@ -71,23 +71,14 @@ impl Subject {
 
     /// Walks all pixels of an image; failures name the schedule.
     pub(crate) fn run(&self, image: ImageTiles, samples: u32, schedule: &Schedule, instruments: Instruments) -> (Film, Report) {
-        self.try_run(image, samples, schedule, instruments, None).unwrap_or_else(|error| panic!("{schedule}: {error}"))
+        self.try_run(image, samples, schedule, instruments).unwrap_or_else(|error| panic!("{schedule}: {error}"))
     }
 
-    /// The same, possibly with a planted fault; scenes take none.
-    pub(crate) fn try_run(
-        &self,
-        image: ImageTiles,
-        samples: u32,
-        schedule: &Schedule,
-        instruments: Instruments,
-        fault: Option<Fault>,
-    ) -> Result<(Film, Report), String> {
+    fn try_run(&self, image: ImageTiles, samples: u32, schedule: &Schedule, instruments: Instruments) -> Result<(Film, Report), String> {
         let gpu = gpu().expect("asked before");
         match self {
             Subject::Program(program) => {
-                let mut builder = Scheduler::builder(program, image).schedule(schedule).instruments(instruments);
-                builder = fault.into_iter().fold(builder, |builder, fault| builder.fault(fault));
+                let builder = Scheduler::builder(program, image).schedule(schedule).instruments(instruments);
                 let mut scheduler = builder.build_on(gpu).map_err(|error| error.to_string())?;
                 scheduler.run_with(0, samples, patient).map_err(|error| error.to_string())
             }

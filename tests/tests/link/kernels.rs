@@ -1,7 +1,7 @@
 //! Generated kernels: valid for every execution, and made of the user's stages, called once each.
 
 use wavepool::{
-    ImageTiles, LinearRange, Program, Schedule, naga,
+    ImageTiles, Instruments, LinearRange, Program, Schedule, naga,
     policy::{BlockInPlace, WorkSource},
 };
 use wavepool_tests::programs;
@@ -72,4 +72,25 @@ fn what_is_switched_off_has_no_code() {
     assert!(!stages(&Schedule::block().with_pins(false)).contains("| wf_control.opaque_zero"));
     assert!(!stages(&Schedule::block()).contains("0xdeadbeef"));
     assert!(stages(&Schedule::block().with_poison(0xdead_beef)).contains("0xdeadbeef"));
+}
+
+/// Kills: an assertion that is evaluated though nobody asked; a counter or an assertion that nobody calls and that has a slot all the
+/// same; checked mode, lengths or a gauge in a kernel that was not asked for them.
+#[test]
+fn instruments_that_are_off_have_no_code() {
+    let (program, source) = (programs::watched(), LinearRange { count: 1 });
+    for schedule in [Schedule::block(), Schedule::megakernel()] {
+        let stages = |instruments| program.wgsl_with(&source, &schedule, &instruments).expect("valid")[0].1.clone();
+        let (off, on) = (stages(Instruments::default()), stages(Instruments { assertions: true, ..Instruments::default() }));
+        assert!(off.contains("fn assert_positive(holds: bool) { }") && !off.contains("if (!holds)"));
+        assert_eq!(on.matches("if (!holds)").count(), 3, "one for each that is declared");
+        for word in ["wf_length;", "wf_audit", "atomicAdd(&wf_counters[WF_FINISHED]"] {
+            assert!(!off.contains(word) && !on.contains(word), "{word}");
+        }
+        let observed = stages(Instruments { checked: true, lengths: true, ..Instruments::default() });
+        for word in ["wf_length;", "wf_audit_results", "atomicAdd(&wf_counters[WF_FINISHED]", "if (!holds)"] {
+            assert!(observed.contains(word), "{word}");
+        }
+        validate("observed", &observed);
+    }
 }

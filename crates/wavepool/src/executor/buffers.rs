@@ -2,7 +2,7 @@
 
 use super::{
     kernels::{Class, Kernels, scoped},
-    readback::Staging,
+    readback::{Staging, reader},
     sizes::Sizes,
     times::Clock,
 };
@@ -25,6 +25,8 @@ pub(super) struct Buffers {
     /// One per bank for the stages, that of the tick, that of resolve.
     groups: Vec<wgpu::BindGroup>,
     pub(super) staging: Vec<Staging>,
+    /// For the film and all else that is read at the end.
+    pub(super) reader: wgpu::Buffer,
     pub(super) clock: Option<Clock>,
 }
 
@@ -74,8 +76,10 @@ impl Buffers {
         let clock = if instruments.times { Clock::new(device, queue)? } else { None };
         let staging = (0..STAGING).map(|_| Staging::new(device, record_bytes, clock.as_ref())).collect::<Result<_>>()?;
         let tick_group = bind(device, "tick buffers", &kernels.tick_layout, &[&control, &counters, &arguments, &record].map(whole))?;
+        let reader = reader(device, film.size().max(results.size()))?;
+        let groups = Vec::new();
         let mut buffers =
-            Buffers { sizes, control, counters, arguments, results, record, banks, numbers, film, groups: Vec::new(), staging, clock };
+            Buffers { sizes, control, counters, arguments, results, record, banks, numbers, film, groups, staging, reader, clock };
         let control = buffers.control.clone();
         let stages = (0..sizes.banks).map(|bank| buffers.stage_group(device, kernels, whole(&control), bank));
         let mut groups = stages.collect::<Result<Vec<_>>>()?;

@@ -17,6 +17,9 @@ const PATIENCE: Duration = Duration::from_secs(600);
 /// Some drivers hang on infinite waits: ask again and again instead.
 const SLICE: Duration = Duration::from_secs(2);
 
+/// Bytes that are read back at once, at most.
+const MOST_AT_ONCE: u64 = 16 << 20;
+
 const HEAD: u64 = size_of::<Control>() as u64;
 const TABLES: u64 = tables::BLOCKS as u64 * 4;
 const COUNTERS: u64 = counters::BLOCKS as u64 * 4;
@@ -157,7 +160,40 @@ pub(super) fn wait(
     }
 }
 
-/// Words `from..from + count` of a buffer.
+/// A buffer to read others through, piece by piece; reserved before a run, because at its end there may be no memory for another.
+pub(super) fn reader(device: &wgpu::Device, bytes: u64) -> Result<wgpu::Buffer> {
+    mappable(device, bytes.clamp(16, MOST_AT_ONCE))
+}
+
+/// Words `from..from + count` of a buffer, read through a [`reader`].
+pub(super) fn read_through(
+    reader: &wgpu::Buffer,
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    buffer: &wgpu::Buffer,
+    from: u64,
+    count: u64,
+    doing: &str,
+) -> Result<Vec<u32>> {
+    let mut words: Vec<u32> = Vec::with_capacity(count as usize);
+    while (words.len() as u64) < count {
+        let place = from + words.len() as u64;
+        let bytes = 4 * (count - words.len() as u64).min(reader.size() / 4);
+        let (submission, mapped) = scoped(device, doing, || {
+            let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some(doing) });
+            encoder.copy_buffer_to_buffer(buffer, place * 4, reader, 0, bytes);
+            (queue.submit([encoder.finish()]), request(reader))
+        })?;
+        wait(device, &submission, &mapped, doing)?;
+        let view = reader.get_mapped_range(..bytes).map_err(|error| Error::DeviceLost(error.to_string()))?;
+        words.extend(bytemuck::pod_collect_to_vec::<u8, u32>(&view));
+        drop(view);
+        reader.unmap();
+    }
+    Ok(words)
+}
+
+/// The same without a reserved buffer.
 pub(super) fn read_words(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -166,16 +202,5 @@ pub(super) fn read_words(
     count: u64,
     doing: &str,
 ) -> Result<Vec<u32>> {
-    if count == 0 {
-        return Ok(Vec::new());
-    }
-    let staging = mappable(device, count * 4)?;
-    let (submission, mapped) = scoped(device, doing, || {
-        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some(doing) });
-        encoder.copy_buffer_to_buffer(buffer, from * 4, &staging, 0, count * 4);
-        (queue.submit([encoder.finish()]), request(&staging))
-    })?;
-    wait(device, &submission, &mapped, doing)?;
-    let view = staging.get_mapped_range(..).map_err(|error| Error::DeviceLost(error.to_string()))?;
-    Ok(bytemuck::pod_collect_to_vec(&view))
+    read_through(&reader(device, count * 4)?, device, queue, buffer, from, count, doing)
 }

@@ -485,7 +485,8 @@ impl Run<'_> {
         if scheduler.instruments.lengths {
             let sizes = &buffers.sizes;
             let (from, count) = (sizes.length_place(), u64::from(report.passes) * sizes.places());
-            let words = readback::read_words(&scheduler.device, &scheduler.queue, &buffers.results, from, count, "reading the lengths")?;
+            let (device, queue, results) = (&scheduler.device, &scheduler.queue, &buffers.results);
+            let words = readback::read_through(&buffers.reader, device, queue, results, from, count, "reading the lengths")?;
             report.observed.lengths = Some(Lengths::new(head.tiles, words));
         }
         scheduler.buffers = Some(buffers);
@@ -509,7 +510,7 @@ impl Run<'_> {
         let Scheduler { device, queue, program, source, .. } = &*self.scheduler;
         let (leaves, pixels) = (&program.interface().result, source.pixels() as usize);
         let film = &self.buffers.film;
-        let words = readback::read_words(device, queue, film, 0, film.size() / 4, "reading the film")?;
+        let words = readback::read_through(&self.buffers.reader, device, queue, film, 0, film.size() / 4, "reading the film")?;
         let pixel_of = |place: usize| source.pixel((place / 256) as u32, (place % 256) as u32);
         let not_finite = self.latest.as_ref().map_or(0, |snapshot| snapshot.total(counters::NOT_FINITE));
         let film = Film::gather(leaves, pixels, self.buffers.sizes.places() as usize, &words, pixel_of, not_finite);
