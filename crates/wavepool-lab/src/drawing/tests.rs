@@ -1,0 +1,1 @@
+//! Pictures against the replay, against XML, and against their bounds.
