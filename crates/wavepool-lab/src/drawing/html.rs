@@ -9,7 +9,6 @@ use serde_json::{Value, json};
 
 use super::{
     BLOCK, Chart, listed,
-    panel::QUEUE_NAMES,
     raster::{Raster, base64},
     svg::{Picture, escape},
 };
@@ -20,6 +19,9 @@ const MOST_LISTED: u64 = 100_000;
 const MOST_IN_WORDS: usize = 2000;
 /// Blocks up to which words are of use.
 const MOST_BLOCKS_IN_WORDS: u32 = 64;
+
+/// Names of tiles in a line.
+const NAMES: usize = 32;
 
 /// A page with the picture of `charts`, a slider over the steps, and what is known about the block under the pointer.
 ///
@@ -55,8 +57,8 @@ pub fn html(title: &str, charts: &[Chart]) -> String {
             }
             if chart.blocks() <= MOST_BLOCKS_IN_WORDS && chart.rows().len() <= MOST_IN_WORDS {
                 let words = (0..chart.rows().len() as u32).map(|step| {
-                    let queue = listed(chart.queue(step).iter().map(|span| chart.name(span)), QUEUE_NAMES * 2);
-                    json!([queue, chart.happened(step)])
+                    let queue = listed(chart.queue(step).iter().map(|span| chart.name(span)), NAMES);
+                    json!([queue, chart.happened(step, NAMES)])
                 });
                 value["words"] = words.collect();
             }

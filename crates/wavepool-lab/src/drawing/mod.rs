@@ -255,18 +255,18 @@ impl Chart {
         &self.spans[taken..]
     }
 
-    /// What the tick before a step has found and done, in words.
-    fn happened(&self, step: u32) -> String {
-        let list = |spans: &mut dyn Iterator<Item = &Span>| listed(spans.map(|span| self.name(span)), 8);
+    /// What the tick before a step has found and done, in words, with `most` names of each kind.
+    fn happened(&self, step: u32, most: usize) -> String {
+        let list = |spans: &mut dyn Iterator<Item = &Span>| listed(spans.map(|span| self.name(span)), most);
         let died = list(&mut self.spans.iter().filter(|span| span.end() == step));
         let begun = list(&mut self.spans.iter().filter(|span| span.first == step));
         let last = if !begun.is_empty() && self.queue(step).is_empty() { "; none left" } else { "" };
         match (died.is_empty(), begun.is_empty()) {
             _ if step == 0 => format!("first fill{last}"),
             (true, true) => String::new(),
-            (true, false) => format!("{begun} begin{last}"),
-            (false, true) => format!("{died} died"),
-            (false, false) => format!("{died} died; {begun} begin{last}"),
+            (true, false) => format!("begin: {begun}{last}"),
+            (false, true) => format!("died: {died}"),
+            (false, false) => format!("died: {died}; begin: {begun}{last}"),
         }
     }
 }

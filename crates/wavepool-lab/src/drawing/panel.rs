@@ -20,8 +20,8 @@ pub(super) struct Scale {
     pub(super) steps_per_row: u32,
     /// Pixels instead of shapes.
     pub(super) is_raster: bool,
-    /// Queue and events fit beside the steps.
-    pub(super) has_words: bool,
+    /// Names of the queue that are written beside each step; half as many of each kind of event.
+    pub(super) names: usize,
 }
 
 /// Most cells drawn as shapes, per panel.
@@ -32,23 +32,21 @@ const MOST_BLOCKS_IN_WORDS: u32 = 16;
 /// Most pixels of a raster.
 pub(super) const MOST_ACROSS: u32 = 512;
 pub(super) const MOST_DOWN: u32 = 720;
-/// Names of the queue that are written out.
-pub(super) const QUEUE_NAMES: usize = 16;
 
 impl Scale {
     pub(super) fn of(charts: &[Chart]) -> Self {
         let blocks = charts.iter().map(Chart::blocks).max().unwrap_or(1).max(1);
         let steps = charts.iter().map(|chart| chart.rows().len() as u32).max().unwrap_or(1).max(1);
         if u64::from(blocks) * u64::from(steps) <= MOST_SHAPES && blocks <= MOST_SHAPES_ACROSS {
-            let names = charts.iter().flat_map(|chart| chart.spans().iter().map(|span| chart.name(span).chars().count()));
-            let width = (names.max().unwrap_or(1) as u32 * 6 + 8).max(20);
-            let has_words = blocks <= MOST_BLOCKS_IN_WORDS;
-            return Scale { width, height: 16, blocks_per_column: 1, steps_per_row: 1, is_raster: false, has_words };
+            let lengths = charts.iter().flat_map(|chart| chart.spans().iter().map(|span| chart.name(span).chars().count()));
+            let width = (lengths.max().unwrap_or(1) as u32 * 6 + 8).max(20);
+            let names = if blocks > MOST_BLOCKS_IN_WORDS { 0 } else { [16, 8][usize::from(charts.len() > 1)] };
+            return Scale { width, height: 16, blocks_per_column: 1, steps_per_row: 1, is_raster: false, names };
         }
         let (blocks_per_column, steps_per_row) = (blocks.div_ceil(MOST_ACROSS), steps.div_ceil(MOST_DOWN));
         let fit = |most: u32, count: u32| (most / count).clamp(1, 12);
         let (width, height) = (fit(MOST_ACROSS, blocks.div_ceil(blocks_per_column)), fit(MOST_DOWN, steps.div_ceil(steps_per_row)));
-        Scale { width, height, blocks_per_column, steps_per_row, is_raster: true, has_words: false }
+        Scale { width, height, blocks_per_column, steps_per_row, is_raster: true, names: 0 }
     }
 }
 
@@ -100,7 +98,7 @@ pub(super) fn draw(chart: &Chart, scale: &Scale) -> Panel {
 
 /// The mark of a beginning in a cell of the given width: a line on top, a corner at the left.
 pub(super) fn beginning(x: f64, y: f64, width: f64) -> String {
-    format!("M{x} {y}h{width}v2h-{}l-5 5h-2z", width - 7.0)
+    format!("M{x} {y}h{width}v2h-{}l-4 4h-2z", width - 6.0)
 }
 
 fn cells(body: &mut String, chart: &Chart, scale: &Scale) {
@@ -147,12 +145,12 @@ fn beside_cells(body: &mut String, chart: &Chart, scale: &Scale, from: f64) -> f
     let bars = from + 50.0;
     let queue = bars + BAR + 10.0;
     let steps = 0..chart.rows().len() as u32;
-    let waiting = |step: u32| listed(chart.queue(step).iter().map(|span| chart.name(span)), QUEUE_NAMES);
+    let waiting = |step: u32| listed(chart.queue(step).iter().map(|span| chart.name(span)), scale.names);
     let longest = |texts: &mut dyn Iterator<Item = f64>| texts.fold(0.0, f64::max);
     let events = queue + longest(&mut steps.clone().map(|step| text_width(&waiting(step)))).max(36.0) + 12.0;
     *body += &text(from, HEAD - 6.0, "class=\"h\"", "launches");
     *body += &text(bars, HEAD - 6.0, "class=\"h\"", "lanes alive");
-    if scale.has_words {
+    if scale.names > 0 {
         *body += &text(queue, HEAD - 6.0, "class=\"h\"", "queue");
         *body += &text(events, HEAD - 6.0, "class=\"h\"", "what happened");
     }
@@ -169,15 +167,15 @@ fn beside_cells(body: &mut String, chart: &Chart, scale: &Scale, from: f64) -> f
              width=\"{blocks:.1}\" height=\"8\" fill=\"#fff\" stroke=\"#000\"/><rect x=\"{bars}\" y=\"{top}\" width=\"{lanes:.1}\" \
              height=\"8\" fill=\"#0072b2\"/>"
         );
-        if scale.has_words {
+        if scale.names > 0 {
             *body += &text(queue, y + 12.0, "", &waiting(step));
-            *body += &text(events, y + 12.0, "", &chart.happened(step));
+            *body += &text(events, y + 12.0, "", &chart.happened(step, scale.names / 2));
         }
     }
-    if !scale.has_words {
+    if scale.names == 0 {
         return bars + BAR;
     }
-    events + longest(&mut steps.map(|step| text_width(&chart.happened(step)))).max(70.0)
+    events + longest(&mut steps.map(|step| text_width(&chart.happened(step, scale.names / 2)))).max(70.0)
 }
 
 /// Numbers at some steps and a profile of all of them; returns how far they reach.

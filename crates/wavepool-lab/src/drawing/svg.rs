@@ -16,8 +16,8 @@ pub(super) const GAP: f64 = 24.0;
 const TITLE: f64 = 30.0;
 /// Height of the legend.
 const LEGEND: f64 = 84.0;
-/// Mean width of a letter of the font.
-const LETTER: f64 = 6.1;
+/// Width of a letter of the font, generously.
+const LETTER: f64 = 6.4;
 
 /// A picture of `charts` side by side under a title, as a file.
 ///
@@ -130,7 +130,12 @@ pub(super) fn text(x: f64, y: f64, attributes: &str, words: &str) -> String {
 
 /// About how wide a line of text is.
 pub(super) fn text_width(words: &str) -> f64 {
-    words.chars().count() as f64 * LETTER
+    let width = |c: char| match c {
+        ' ' => LETTER / 2.0,
+        '\u{2080}'..='\u{2089}' => LETTER * 0.7,
+        _ => LETTER,
+    };
+    words.chars().map(width).sum()
 }
 
 /// Text for SVG and HTML, inside and outside of attributes; characters that XML forbids become spaces.
