@@ -5,7 +5,10 @@
 //!
 //! **Invariant:** no cell is left out: the lanes behind all pixels are the lanes of the chart.
 
-use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
+use image::{
+    ExtendedColorType, ImageEncoder,
+    codecs::png::{CompressionType, FilterType, PngEncoder},
+};
 
 use super::{BLOCK, Chart, color, panel::Scale};
 
@@ -75,7 +78,12 @@ impl Raster {
         }
         let mut file = Vec::new();
         // Writing to memory fails for sizes of zero alone; then there is nothing to show.
-        match PngEncoder::new(&mut file).write_image(&pixels, across, down, ExtendedColorType::Rgb8) {
+        match PngEncoder::new_with_quality(&mut file, CompressionType::Best, FilterType::NoFilter).write_image(
+            &pixels,
+            across,
+            down,
+            ExtendedColorType::Rgb8,
+        ) {
             Ok(()) => file,
             Err(_) => Vec::new(),
         }
