@@ -13,13 +13,13 @@ use super::{
 /// Between and around panels.
 pub(super) const GAP: f64 = 24.0;
 /// Height of the picture's title.
-const TITLE: f64 = 30.0;
+const TITLE: f64 = 40.0;
 /// Height of the legend.
 const LEGEND: f64 = 84.0;
 /// Width of a letter of the font, generously.
 const LETTER: f64 = 6.4;
 
-/// A picture of `charts` side by side under a title, as a file.
+/// A picture of `charts` side by side under a title, as a file. The title may have a second line, which is set smaller.
 ///
 /// **Cost:** at most 2 MB per chart.
 pub fn svg(title: &str, charts: &[Chart]) -> String {
@@ -48,8 +48,10 @@ impl<'a> Picture<'a> {
                 (at, panel)
             })
             .collect();
+        let (first, second) = title.split_once('\n').unwrap_or((title, ""));
+        let title_width = (text_width(first) * 1.4).max(text_width(second));
         let height = panels.iter().map(|(_, panel)| panel.height).fold(0.0, f64::max);
-        let width = x.max(text_width(title) * 1.4 + 2.0 * GAP).max(560.0);
+        let width = x.max(title_width + 2.0 * GAP).max(560.0);
         Picture { title, scale, panels, size: [width.ceil(), (TITLE + GAP / 2.0 + height + LEGEND).ceil()] }
     }
 
@@ -66,7 +68,9 @@ impl<'a> Picture<'a> {
             color::css(color::DEAD[0]),
             color::css(color::DEAD[1]),
         );
-        out += &text(GAP, 22.0, "font-size=\"14\"", self.title);
+        let (first, second) = self.title.split_once('\n').unwrap_or((self.title, ""));
+        out += &text(GAP, 22.0, "font-size=\"14\"", first);
+        out += &text(GAP, 38.0, "", second);
         for ([x, y], panel) in &self.panels {
             out += &format!("<g transform=\"translate({x} {y})\">\n{}</g>\n", panel.body);
         }

@@ -88,7 +88,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         say(format_args!("schedule: {}: {} steps, {} launches", report.schedule, report.steps, report.launches));
         charts.push(chart);
     }
-    let title = format!("{}, {width}x{height}, {} sample(s), depth {}, on {}", scene.name, arguments.samples, arguments.depth, gpu.facts);
+    let title = format!("{}, {width}x{height}, {} sample(s), depth {}\n{}", scene.name, arguments.samples, arguments.depth, gpu.facts);
     let text = match format {
         output::drawing::Format::Svg => drawing::svg(&title, &charts),
         output::drawing::Format::Html => drawing::html(&title, &charts),
