@@ -51,7 +51,7 @@ pub fn bootstrap<T: Clone>(items: &[T], statistic: impl Fn(&[T]) -> f64) -> Inte
                     state ^= state << 25;
                     state ^= state >> 27;
                     let word = state.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 32;
-                    items[(word * items.len() as u64 >> 32) as usize].clone()
+                    items[((word * items.len() as u64) >> 32) as usize].clone()
                 })
                 .collect();
             statistic(&sample)

@@ -95,9 +95,9 @@ pub(super) fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for three in bytes.chunks(3) {
-        let word = three.iter().enumerate().fold(0, |word, (place, byte)| word | u32::from(*byte) << (16 - 8 * place));
+        let word = three.iter().enumerate().fold(0, |word, (place, byte)| word | (u32::from(*byte) << (16 - 8 * place)));
         for digit in 0..4 {
-            let value = word >> (18 - 6 * digit) & 63;
+            let value = (word >> (18 - 6 * digit)) & 63;
             text.push(if digit <= three.len() { char::from(DIGITS[value as usize]) } else { '=' });
         }
     }
