@@ -6,6 +6,7 @@
 //! **Invariant:** nothing here knows about light; whatever runs on wavepool can be measured.
 
 pub mod conformance;
+pub mod drawing;
 pub mod interval;
 pub mod pairs;
 

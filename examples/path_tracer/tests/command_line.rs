@@ -93,7 +93,7 @@ fn a_scene_is_explained_without_a_device() {
     for part in ["trace, gather_emission, sample_light, trace_shadow, next_bounce", "bytes per lane", "beta.x", "schedule: block"] {
         assert!(stdout.contains(part), "`{part}` is not in: {stdout}");
     }
-    for command in ["render", "explain", "scenes", "adapters"] {
+    for command in ["render", "explain", "scenes", "adapters", "schedule"] {
         assert!(path_tracer(&[command, "--help"]).status.success(), "{command} --help");
     }
 }
@@ -153,4 +153,51 @@ fn a_render_prints_one_hash_whatever_the_schedule() {
         assert!(fs::metadata(&out).expect("a picture").len() > 100);
     }
     assert!(hashes.iter().all(|hash| *hash == hashes[0]), "{hashes:?}");
+}
+
+/// Kills: a drawing that begins without its arguments understood; endings and a megakernel that are found out after the runs.
+#[test]
+fn a_drawing_that_cannot_be_is_refused_before_it_is_made() {
+    refuses(&["schedule", "cornell-box", "--out", "picture.png"], 1, &["picture.png: the name should end in .svg or .html"]);
+    refuses(&["schedule", "cornell-box", "--out", "no-folder/a.svg"], 1, &["a.svg", "cannot write"]);
+    refuses(&["schedule", "no-such-scene", "--out", "a.svg"], 1, &["no-such-scene", "built-in"]);
+    let megakernel = ["schedule", "cornell-box", "--schedule", "never", "--schedule", "megakernel", "--out", "a.svg"];
+    refuses(&megakernel, 2, &["--schedule megakernel", "no steps to draw"]);
+    refuses(&["schedule", "cornell-box", "--pool-blocks", "0", "--out", "a.svg"], 2, &["--pool-blocks 0"]);
+    assert_eq!(path_tracer(&["schedule", "cornell-box"]).status.code(), Some(2));
+}
+
+/// Kills: a drawing whose launches or steps are not those of the run; one of several schedules left out; a page that is a still.
+#[test]
+fn schedules_are_drawn_from_the_run() {
+    if String::from_utf8_lossy(&path_tracer(&["adapters", "--json"]).stdout).trim() == "[]" {
+        assert!(std::env::var_os("WAVEPOOL_NO_SKIP").is_none(), "no adapter");
+        println!("skipped: no adapter");
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, start) in [("a.svg", "<svg "), ("b.HTML", "<!DOCTYPE html>")] {
+        let out = folder.path().join(name).display().to_string();
+        let output = path_tracer(&[
+            "schedule",
+            "cornell-box",
+            "--size",
+            "40x24",
+            "--pool-blocks",
+            "3",
+            "--schedule",
+            "never",
+            "--schedule",
+            "block,threshold=0,check_every=1,roulette=block-max",
+            "--out",
+            &out,
+        ]);
+        let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let drawing = fs::read_to_string(&out).expect("a drawing");
+        assert!(drawing.starts_with(start), "{name}");
+        let runs: Vec<&str> = stdout.lines().filter_map(|line| line.strip_prefix("schedule: ")?.split(": ").nth(1)).collect();
+        assert_eq!(runs.len(), 2, "{stdout}");
+        runs.iter().for_each(|run| assert!(drawing.contains(&format!(">{run}, ")), "{name}: {run}"));
+    }
 }

@@ -5,6 +5,7 @@ mod explain;
 mod progress;
 mod render;
 mod scenes;
+mod schedule;
 
 use std::fmt;
 
@@ -28,6 +29,8 @@ enum Command {
     Adapters(adapters::Arguments),
     /// Show what a scene needs: stages, the table of leaves and stages, the plan of a step.
     Explain(explain::Arguments),
+    /// Draw what schedules do with a scene: blocks across, steps down, every tile in its colour.
+    Schedule(schedule::Arguments),
 }
 
 /// Why a command failed.
@@ -75,6 +78,7 @@ pub(crate) fn run() -> Result<(), Failure> {
         Command::Scenes => scenes::run(),
         Command::Adapters(arguments) => adapters::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
+        Command::Schedule(arguments) => schedule::run(&arguments),
     }
 }
 

@@ -106,21 +106,26 @@ impl Arguments {
 
     /// The scene with its environment, lit by something; says on stdout what had to be assumed.
     pub(crate) fn load(&self) -> Result<Scene, Failure> {
-        let mut scene = match scene::builtin(&self.scene) {
-            Some(scene) => scene,
-            None => load_file(&self.scene)?,
-        };
-        if let Some(path) = &self.env {
-            let (environment, warnings) = scene::load_environment(path)?;
-            scene.environment = Some(environment);
-            scene.warnings.extend(warnings);
-        }
-        if !scene.has_light() {
-            scene.environment = Some(Environment::plain_sky());
-            scene.warnings.push("the scene has no light: lit by a plain sky".into());
-        }
-        Ok(scene)
+        load(&self.scene, self.env.as_deref())
     }
+}
+
+/// A built-in scene or a file, with its environment and lit by something.
+pub(crate) fn load(name: &str, env: Option<&Path>) -> Result<Scene, Failure> {
+    let mut scene = match scene::builtin(name) {
+        Some(scene) => scene,
+        None => load_file(name)?,
+    };
+    if let Some(path) = env {
+        let (environment, warnings) = scene::load_environment(path)?;
+        scene.environment = Some(environment);
+        scene.warnings.extend(warnings);
+    }
+    if !scene.has_light() {
+        scene.environment = Some(Environment::plain_sky());
+        scene.warnings.push("the scene has no light: lit by a plain sky".into());
+    }
+    Ok(scene)
 }
 
 /// A name without a known ending that is no file was meant as a built-in scene.
@@ -136,7 +141,7 @@ fn load_file(name: &str) -> Result<Scene, Failure> {
 /// The largest side; 2^32 pixels are beyond every film.
 const LARGEST_SIDE: u32 = 32_768;
 
-fn parse_size(text: &str) -> Result<(u32, u32), Failure> {
+pub(crate) fn parse_size(text: &str) -> Result<(u32, u32), Failure> {
     let side = |part: &str| part.parse::<u32>().ok().filter(|side| (1..=LARGEST_SIDE).contains(side));
     text.split_once('x')
         .and_then(|(width, height)| Some((side(width)?, side(height)?)))

@@ -1,9 +1,10 @@
-//! Pictures to files: 8-bit sRGB PNG for looking, float EXR for measuring; and texts for reading.
+//! Pictures to files: 8-bit sRGB PNG for looking, float EXR for measuring; texts for reading; drawings of schedules.
 //!
 //! Key decision: a file appears complete or not at all. It is written next to its final place and renamed there, so a failure leaves an
 //! older picture untouched.
 
 mod atomic;
+pub mod drawing;
 pub mod exr;
 pub mod png;
 pub mod text;
