@@ -12,6 +12,7 @@ fn wf_advance(@builtin(local_invocation_index) lane: u32) {
     var resolve_tiles = 0u;
     if (launched > 0u) {
         wf_control.block_steps = wf_add_64(wf_control.block_steps, launched);
+        wf_control.group_steps = wf_add_64(wf_control.group_steps, launched);
         wf_control.step += 1u;
         if (position == wf_control.tiles) {
             resolve_tiles = wf_control.tiles;

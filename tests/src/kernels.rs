@@ -25,9 +25,11 @@ pub struct Kernel {
 }
 
 /// How the kernels are scheduled: executions, orders and regeneration.
-const SCHEDULES: [&str; 9] = [
+const SCHEDULES: [&str; 11] = [
     "never",
+    "never-full",
     "block",
+    "block,launch=full",
     "block,order=morton",
     "block,order=depth-max",
     "never,order=depth-mean",
@@ -150,7 +152,9 @@ mod tests {
         for entry in ["wf_tick", "wf_advance", "wf_resolve", "wf_generate", "wf_stage_sample_light", "wf_megakernel"] {
             assert!(kernels.iter().any(|kernel| kernel.text.contains(&format!("fn {entry}("))), "{entry}");
         }
-        for word in ["wf_sort_key(tile)", "wf_tiles_in_square(", "remembered * 3u", "wf_inverse_survival(", "0x7fc00000u"] {
+        for word in
+            ["wf_sort_key(tile)", "wf_tiles_in_square(", "remembered * 3u", "{ return filled; }", "wf_inverse_survival(", "0x7fc00000u"]
+        {
             assert!(kernels.iter().any(|kernel| kernel.text.contains(word)), "{word}");
         }
         let mut names: Vec<_> = kernels.iter().map(|kernel| &kernel.name).collect();

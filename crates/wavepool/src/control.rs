@@ -87,8 +87,8 @@ pub(crate) mod tables {
 
 /// What the tick writes down about a step and about a tile handed out, when asked, in words.
 pub(crate) mod record {
-    /// Live blocks, live lanes, blocks that start a tile, the pass handed to resolve plus one (0: none).
-    pub(crate) const PER_STEP: u32 = 4;
+    /// Live blocks, live lanes, blocks that start a tile, the pass handed to resolve plus one (0: none), work-groups per stage.
+    pub(crate) const PER_STEP: u32 = 5;
     /// Step, block, pass, tile.
     pub(crate) const PER_ASSIGNMENT: u32 = 4;
 }
@@ -170,8 +170,12 @@ control_record! {
     bank_steps: u32 = "u32",
     /// Sum over the regenerations of banks with a block that starts a tile.
     bank_regenerations: u32 = "u32",
+    /// Blocks of the current fill: from the first to the last that has held a tile since the pool was empty.
+    filled_blocks: u32 = "u32",
+    /// Sum over the steps of the work-groups that each stage was launched with.
+    group_steps: [u32; 2] = "vec2u",
     /// Rounds the head to whole rows.
-    padding: u32 = "u32",
+    padding: [u32; 2] = "vec2u",
 }
 
 impl Control {

@@ -4,7 +4,7 @@
 
 use std::fmt;
 
-use crate::policy::Execution;
+use crate::policy::{Execution, LaunchScope};
 
 /// Who knows the number of work-groups.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -16,6 +16,8 @@ pub enum Size {
     NewBlocks,
     /// Live blocks, as the tick has written.
     LiveBlocks,
+    /// Blocks of the current fill, dead or alive, as the tick has written.
+    FilledBlocks,
     /// All tiles when a pass is complete, else none.
     FinishedTiles,
     /// All tiles, or all blocks of a bank.
@@ -96,7 +98,7 @@ pub struct Plan {
 
 impl Plan {
     /// The plan of an execution for the given stages, checked or not.
-    pub fn new<'a>(execution: Execution, stages: impl Iterator<Item = &'a str>, is_checked: bool) -> Self {
+    pub fn new<'a>(execution: Execution, scope: LaunchScope, stages: impl Iterator<Item = &'a str>, is_checked: bool) -> Self {
         let launch = |kernel, size| Launch { kernel, size };
         let resolve = launch(Kernel::Resolve, Size::FinishedTiles);
         let mut audit = Vec::new();
@@ -110,7 +112,11 @@ impl Plan {
             Execution::Wavefront => {
                 let tick = launch(Kernel::Tick, Size::Groups(1));
                 let mut step = vec![launch(Kernel::Generate, Size::NewBlocks)];
-                step.extend(stages.map(|stage| launch(Kernel::Stage(stage.to_owned()), Size::LiveBlocks)));
+                let size = match scope {
+                    LaunchScope::LiveBlocks => Size::LiveBlocks,
+                    LaunchScope::AllBlocks => Size::FilledBlocks,
+                };
+                step.extend(stages.map(|stage| launch(Kernel::Stage(stage.to_owned()), size)));
                 step.extend([tick.clone(), resolve]);
                 Plan { opening: vec![tick], step, audit }
             }

@@ -12,7 +12,10 @@ use std::{
 
 use wavepool::{
     ImageTiles, Instruments, Report, Schedule,
-    policy::{BlockInPlace, DepthDecayed, DepthMax, DepthMean, Morton, NeverRegenerate, PerBlock, PerLane, Roulette, Statistic, TileOrder},
+    policy::{
+        BlockInPlace, DepthDecayed, DepthMax, DepthMean, LaunchScope, Morton, NeverRegenerate, PerBlock, PerLane, Roulette, Statistic,
+        TileOrder,
+    },
 };
 use wavepool_tests::{
     covering::{Factor, factor, pairwise, product},
@@ -36,7 +39,7 @@ const FULL: Duration = Duration::from_secs(400);
 fn factors(levels: usize) -> [Factor; 10] {
     [
         factor("scene", SUBJECTS.len()),
-        factor("execution", 2),
+        factor("execution", 3),
         factor("order", 5),
         factor("regeneration", 2),
         factor("threshold", THRESHOLDS.len()),
@@ -48,14 +51,18 @@ fn factors(levels: usize) -> [Factor; 10] {
     ]
 }
 
-/// A megakernel (execution 1) measures no order, regenerates nothing and has no banks; `never` (regeneration 0) has no threshold.
+/// Execution 0 is a wavefront over live blocks, 2 one with full launches. A megakernel (execution 1) measures no order, regenerates nothing and has no banks; `never` (regeneration 0) has no threshold.
 fn is_allowed(row: &[usize]) -> bool {
-    let megakernel = row[1] == 0 || (row[2] < 2 && row[3] == 0 && row[7] == 2);
+    let megakernel = row[1] != 1 || (row[2] < 2 && row[3] == 0 && row[7] == 2);
     megakernel && (row[3] == 1 || (row[4] == 0 && row[5] == 0))
 }
 
 fn schedule_of(row: &[usize]) -> Schedule {
-    let mut schedule = if row[1] == 1 { Schedule::megakernel() } else { Schedule::block() };
+    let mut schedule = match row[1] {
+        0 => Schedule::block(),
+        1 => Schedule::megakernel(),
+        _ => Schedule::block().with_launch(LaunchScope::AllBlocks),
+    };
     let orders: [Arc<dyn TileOrder>; 5] =
         [Arc::new(wavepool::policy::Scanline), Arc::new(Morton), Arc::new(DepthMax), Arc::new(DepthMean), Arc::new(DepthDecayed)];
     schedule.order = orders[row[2]].clone();
@@ -68,13 +75,13 @@ fn schedule_of(row: &[usize]) -> Schedule {
     schedule.with_pool_blocks(POOLS[row[6]])
 }
 
-/// What tells what a run did: steps, launches, regenerations, and which tile went where when.
-type Fingerprint = (u64, u64, u32, u32, Vec<(u32, u32, u32)>);
+/// What tells what a run did: steps, launches, groups, regenerations, and which tile went where when.
+type Fingerprint = (u64, u64, u64, u32, u32, Vec<(u32, u32, u32)>);
 
 fn fingerprint(report: &Report) -> Fingerprint {
     let assigned = report.observed.steps.iter().flat_map(|steps| &steps.assignments);
     let assigned = assigned.map(|assignment| (assignment.step, assignment.block, assignment.tile)).collect();
-    (report.steps, report.launches, report.regenerations, report.submissions, assigned)
+    (report.steps, report.launches, report.group_steps, report.regenerations, report.submissions, assigned)
 }
 
 /// Runs rows one after the other and compares each with the plain run of its scene.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use wavepool::{
     Film, ImageTiles, LinearRange, Program, Report, Schedule,
-    policy::{BlockInPlace, DepthDecayed, DepthMax, DepthMean, Morton, PerBlock, PerLane, Roulette, Statistic, WorkSource},
+    policy::{BlockInPlace, DepthDecayed, DepthMax, DepthMean, LaunchScope, Morton, PerBlock, PerLane, Roulette, Statistic, WorkSource},
 };
 use wavepool_tests::{
     arrays,
@@ -14,12 +14,14 @@ use wavepool_tests::{
 };
 
 /// What must differ between the schedules of a comparison.
-fn fingerprint(report: &Report) -> (u64, u64, u32, u64) {
-    (report.steps, report.launches, report.regenerations, report.block_steps)
+fn fingerprint(report: &Report) -> (u64, u64, u32, u64, u64) {
+    (report.steps, report.launches, report.regenerations, report.block_steps, report.group_steps)
 }
 
 fn schedules() -> Vec<(String, Schedule)> {
     let mut all = vec![("never".to_owned(), Schedule::never()), ("never, small pool".to_owned(), Schedule::never().with_pool_blocks(3))];
+    all.push(("never, full launches".to_owned(), Schedule::never_full()));
+    all.push(("block, full launches".to_owned(), Schedule::block().with_launch(LaunchScope::AllBlocks).with_pool_blocks(4)));
     for pool in [1, 4, 500] {
         all.push((format!("block, {pool} blocks"), Schedule::block().with_pool_blocks(pool)));
     }
@@ -82,6 +84,9 @@ fn compare_under(
     assert!(report("never").steps < report("never, small pool").steps);
     assert!(report("never, passes apart").ring == 1 && report("never").ring > 1);
     assert!(report("never, passes apart").steps > report("never").steps);
+    assert!(report("never").group_steps == report("never").block_steps && report("never").steps == report("never, full launches").steps);
+    assert!(report("never, full launches").group_steps > report("never").group_steps);
+    assert!(report("block, full launches").group_steps > report("block, 4 blocks").group_steps);
     assert!(report("megakernel").launches < report("megakernel, small launches").launches);
     assert!(report("megakernel").state_bytes == 0 && report("never").state_bytes > 0);
     let killed: Vec<u64> = films.iter().map(|(.., report)| report.items_killed).collect();

@@ -20,6 +20,7 @@ fn schedules() -> Vec<(&'static str, Schedule)> {
     vec![
         ("never", Schedule::never()),
         ("block", Schedule::block().with_regeneration(BlockInPlace::new(0.25, 3))),
+        ("never-full", Schedule::never_full()),
         ("megakernel", Schedule::megakernel()),
         ("pins off", Schedule::megakernel().with_pins(false)),
         ("poison", Schedule::block().with_poison(0x7fc0_0000)),
@@ -67,6 +68,7 @@ fn what_is_switched_off_has_no_code() {
     let stages = |schedule: &Schedule| program.wgsl(&source, schedule).expect("valid")[0].1.clone();
     assert!(!stages(&Schedule::megakernel()).contains("wf_bank["));
     assert!(!stages(&Schedule::block()).contains("wf_megakernel"));
+    assert!(stages(&Schedule::never()).contains("= wf_live_block(") && !stages(&Schedule::never_full()).contains("= wf_live_block("));
     assert!(!stages(&Schedule::block().with_roulette(None)).contains("wf_inverse_survival"));
     assert!(stages(&Schedule::block()).contains("| wf_control.opaque_zero"));
     assert!(!stages(&Schedule::block().with_pins(false)).contains("| wf_control.opaque_zero"));

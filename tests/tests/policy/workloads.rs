@@ -5,7 +5,7 @@
 
 use wavepool::{
     ImageTiles, LinearRange, Schedule,
-    policy::{BlockInPlace, DepthDecayed, DepthMax, DepthMean, Morton, Scanline, WorkSource},
+    policy::{BlockInPlace, DepthDecayed, DepthMax, DepthMean, LaunchScope, Morton, Scanline, WorkSource},
     replay::{Replay, replay},
 };
 
@@ -132,6 +132,11 @@ impl Workload {
         self.lengths[0].len() as u32
     }
 
+    /// True when stages are launched over the whole fill: every second workload.
+    pub(crate) fn is_full(&self) -> bool {
+        self.number % 2 == 1
+    }
+
     pub(crate) fn lengths(&self, pass_index: u32, tile: u32) -> &[u32; 256] {
         &self.lengths[pass_index as usize][tile as usize]
     }
@@ -142,6 +147,7 @@ impl Workload {
             Some((threshold, check_every)) => Schedule::block().with_regeneration(BlockInPlace::new(threshold, check_every)),
             None => Schedule::never(),
         };
+        let schedule = if self.is_full() { schedule.with_launch(LaunchScope::AllBlocks) } else { schedule };
         let source: &dyn WorkSource = match &self.source {
             Source::Image(image) => image,
             Source::Range(range) => range,

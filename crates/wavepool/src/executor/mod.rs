@@ -114,7 +114,7 @@ impl SchedulerBuilder<'_> {
         // A program that does not say how likely a walk survives has no roulette, whatever the schedule offers.
         schedule.roulette = schedule.roulette.filter(|_| program.has_roulette());
         let linked = link(program, source.as_ref(), &schedule, &instruments, &faults)?;
-        let plan = Plan::new(schedule.execution, program.stages(), instruments.checked);
+        let plan = Plan::new(schedule.execution, schedule.launch, program.stages(), instruments.checked);
         let kernels = Kernels::new(device, program, &plan, &linked, &resources, &cache)?;
         Ok(Scheduler {
             device: device.clone(),
@@ -164,6 +164,9 @@ pub struct Report {
     pub regenerations: u32,
     /// Sum of live blocks over the steps; of the megakernel: tiles launched.
     pub block_steps: u64,
+    /// Work-groups that each stage was launched with, summed over the steps. More than `block_steps` with full launches, which launch dead
+    /// blocks too; of the megakernel: as `block_steps`.
+    pub group_steps: u64,
     /// Sum over the steps of lanes alive when the step began; zero for the megakernel, which does not count.
     pub lane_steps: u64,
     /// Items begun.
@@ -253,7 +256,7 @@ impl Scheduler {
         let mut schedule = self.schedule.clone();
         schedule.roulette = schedule.roulette.filter(|_| program.has_roulette());
         let linked = link(program, self.source.as_ref(), &schedule, &self.instruments, &self.faults)?;
-        let plan = Plan::new(schedule.execution, program.stages(), self.instruments.checked);
+        let plan = Plan::new(schedule.execution, schedule.launch, program.stages(), self.instruments.checked);
         let kernels = Kernels::new(&self.device, program, &plan, &linked, &self.resources, &self.cache)?;
         self.program = program.clone();
         self.layout = linked.layout;

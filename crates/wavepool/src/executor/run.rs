@@ -384,7 +384,7 @@ impl Run<'_> {
             size => {
                 let offset = match size {
                     Size::NewBlocks => of_bank(arguments::GENERATE),
-                    Size::LiveBlocks => of_bank(arguments::STAGE),
+                    Size::LiveBlocks | Size::FilledBlocks => of_bank(arguments::STAGE),
                     _ => arguments::RESOLVE,
                 };
                 pass.dispatch_workgroups_indirect(&self.buffers.arguments, u64::from(offset) * 4);
@@ -535,12 +535,13 @@ impl Run<'_> {
         let control = &snapshot.control;
         let (steps, banked) = (u64::from(control.step), u64::from(control.bank_steps));
         let is_mega = schedule.execution == Execution::Megakernel;
-        let per_bank = plan.step.iter().filter(|launch| launch.size == Size::LiveBlocks).count() as u64;
+        let per_bank = plan.step.iter().filter(|launch| matches!(launch.size, Size::LiveBlocks | Size::FilledBlocks)).count() as u64;
         let stage_launches = per_bank * if is_mega { steps } else { banked };
         report.steps = steps;
         report.launches = 1 + steps + stage_launches + u64::from(control.bank_regenerations) + u64::from(control.resolved);
         report.regenerations = control.regenerations;
         report.block_steps = counter_64(control.block_steps);
+        report.group_steps = counter_64(control.group_steps);
         report.lane_steps = counter_64(control.lane_steps);
         report.items_started = self.items_started(control);
         report.items_killed = counter_64(control.items_killed) + snapshot.total(counters::KILLED);

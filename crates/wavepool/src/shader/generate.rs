@@ -15,7 +15,7 @@ use super::{
 use crate::{
     Instruments, control,
     layout::{BLOCK, Layout, Scalar},
-    policy::{Execution, OrderRule, Regeneration, Roulette, RouletteScope, TileOrder, WorkSource},
+    policy::{Execution, LaunchScope, OrderRule, Regeneration, Roulette, RouletteScope, TileOrder, WorkSource},
     program::Gauge,
 };
 
@@ -29,6 +29,7 @@ pub(crate) struct Glue<'a> {
     pub(crate) regeneration: &'a dyn Regeneration,
     pub(crate) roulette: Option<&'a dyn Roulette>,
     pub(crate) execution: Execution,
+    pub(crate) launch: LaunchScope,
     pub(crate) pins: bool,
     pub(crate) poison: Option<u32>,
     pub(crate) instruments: &'a Instruments,
@@ -72,12 +73,13 @@ pub(crate) fn tick_module(glue: &Glue) -> (String, String) {
         "{}@group(0) @binding(0) var<storage, read_write> wf_control: WfControl;\n\
          @group(0) @binding(1) var<storage, read_write> wf_counters: array<atomic<u32>>;\n\
          @group(0) @binding(2) var<storage, read_write> wf_arguments: array<u32>;\n\
-         @group(0) @binding(3) var<storage, read_write> wf_record: array<u32>;\n{}{}{}{}{}{}",
+         @group(0) @binding(3) var<storage, read_write> wf_record: array<u32>;\n{}{}{}{}{}{}{}",
         control::declarations(),
         glue.source.wgsl(),
         order,
         glue.regeneration.wgsl(),
         gamble::tick(glue, shader),
+        glue.launch.tick_wgsl(),
         shader("scheduler::arguments"),
         match glue.execution {
             Execution::Wavefront => shader("scheduler::tick"),
@@ -248,13 +250,11 @@ fn stage_kernel(glue: &Glue, index: usize, out: &mut String) {
         out,
         "@compute @workgroup_size({BLOCK})\n\
          fn wf_stage_{}(@builtin(workgroup_id) wf_group: vec3u, @builtin(local_invocation_index) wf_lane: u32) {{\n    \
-         let wf_slot = wf_bank_live(wf_bank_of.x) + wf_group.x + wf_group.y * WF_MAX_GROUPS;\n    \
-         if (wf_slot >= wf_bank_live(wf_bank_of.x + 1u)) {{ return; }}\n    \
-         let wf_block = wf_live_block(wf_slot);\n    \
-         let wf_base = (wf_block - wf_bank_of.y) * {}u + wf_lane;\n    \
+         {}let wf_base = (wf_block - wf_bank_of.y) * {}u + wf_lane;\n    \
          if (wf_bank[wf_base] == 0u) {{ return; }}\n    \
          {}var wf_state = {}();\n",
         stage.name,
+        glue.launch.stage_wgsl(),
         glue.layout.stride(),
         arrays::enter(glue),
         glue.interface.state

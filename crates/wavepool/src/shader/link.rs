@@ -76,6 +76,7 @@ pub(crate) fn link(
         regeneration: schedule.regeneration.as_ref(),
         roulette,
         execution: schedule.execution,
+        launch: schedule.launch,
         pins: schedule.pins,
         poison: schedule.poison,
         instruments,
