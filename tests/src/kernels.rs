@@ -25,7 +25,7 @@ pub struct Kernel {
 }
 
 /// How the kernels are scheduled: executions, orders and regeneration.
-const SCHEDULES: [&str; 11] = [
+const SCHEDULES: [&str; 13] = [
     "never",
     "never-full",
     "block",
@@ -37,6 +37,8 @@ const SCHEDULES: [&str; 11] = [
     "megakernel",
     "megakernel,order=morton",
     "megakernel,pins=off",
+    "persistent",
+    "persistent,order=morton",
 ];
 const ROULETTES: [&str; 4] = ["lane", "block-max", "block-mean", "none"];
 
@@ -149,7 +151,7 @@ mod tests {
             assert!(nothing.iter().all(|kernel| !kernel.text.contains(&format!("fn {effect}("))), "{effect}");
         }
         assert!(!of("collatz").is_empty() && !of("path_tracer-cornell-box").is_empty());
-        for entry in ["wf_tick", "wf_advance", "wf_resolve", "wf_generate", "wf_stage_sample_light", "wf_megakernel"] {
+        for entry in ["wf_tick", "wf_advance", "wf_resolve", "wf_generate", "wf_stage_sample_light", "wf_megakernel", "wf_persistent"] {
             assert!(kernels.iter().any(|kernel| kernel.text.contains(&format!("fn {entry}("))), "{entry}");
         }
         for word in

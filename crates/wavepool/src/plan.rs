@@ -32,11 +32,13 @@ pub enum Kernel {
     Generate,
     /// One stage of the program.
     Stage(String),
-    /// All stages in a loop.
+    /// All stages in a loop, a tile per work-group.
     Megakernel,
+    /// All stages in a loop, in work-groups that take tile after tile.
+    Persistent,
     /// Decides what runs next.
     Tick,
-    /// The megakernel's tick.
+    /// The tick of whole walks in one kernel.
     Advance,
     /// Adds a finished pass to the film.
     Resolve,
@@ -67,6 +69,7 @@ impl fmt::Display for Kernel {
             Kernel::Generate => "generate",
             Kernel::Stage(name) => name,
             Kernel::Megakernel => "megakernel",
+            Kernel::Persistent => "persistent",
             Kernel::Tick => "tick",
             Kernel::Advance => "advance",
             Kernel::Resolve => "resolve",
@@ -102,13 +105,13 @@ impl Plan {
         let launch = |kernel, size| Launch { kernel, size };
         let resolve = launch(Kernel::Resolve, Size::FinishedTiles);
         let mut audit = Vec::new();
-        if is_checked && execution == Execution::Wavefront {
+        if is_checked && execution.is_wavefront() {
             audit.push(launch(Kernel::AuditLanes, Size::All));
         }
         if is_checked {
             audit.push(launch(Kernel::AuditResults, Size::All));
         }
-        match execution {
+        let whole_walks = match execution {
             Execution::Wavefront => {
                 let tick = launch(Kernel::Tick, Size::Groups(1));
                 let mut step = vec![launch(Kernel::Generate, Size::NewBlocks)];
@@ -118,14 +121,13 @@ impl Plan {
                 };
                 step.extend(stages.map(|stage| launch(Kernel::Stage(stage.to_owned()), size)));
                 step.extend([tick.clone(), resolve]);
-                Plan { opening: vec![tick], step, audit }
+                return Plan { opening: vec![tick], step, audit };
             }
-            Execution::Megakernel => {
-                let advance = launch(Kernel::Advance, Size::Groups(1));
-                let step = vec![launch(Kernel::Megakernel, Size::LiveBlocks), advance.clone(), resolve];
-                Plan { opening: vec![advance], step, audit }
-            }
-        }
+            Execution::Megakernel => Kernel::Megakernel,
+            Execution::Persistent => Kernel::Persistent,
+        };
+        let advance = launch(Kernel::Advance, Size::Groups(1));
+        Plan { opening: vec![advance.clone()], step: vec![launch(whole_walks, Size::LiveBlocks), advance, resolve], audit }
     }
 }
 

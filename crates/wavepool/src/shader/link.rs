@@ -4,7 +4,7 @@ use super::{Composition, GENERATED, Glue, kernels, tick_module};
 use crate::{
     Error, Instruments, Program, Result, Schedule,
     layout::Layout,
-    policy::{Execution, OrderRule, WorkSource},
+    policy::{OrderRule, WorkSource},
 };
 
 /// The WGSL of a program under a schedule.
@@ -60,9 +60,10 @@ pub(crate) fn link(
     instruments: &Instruments,
     faults: &[Fault],
 ) -> Result<Linked> {
-    if schedule.execution == Execution::Megakernel && matches!(schedule.order.rule(), OrderRule::Measured(_)) {
-        let name = schedule.order.name();
-        return Err(Error::Schedule(format!("order `{name}` measures the steps of tiles; the megakernel has none that could be measured")));
+    if !schedule.execution.is_wavefront() && matches!(schedule.order.rule(), OrderRule::Measured(_)) {
+        let (order, execution) = (schedule.order.name(), schedule.execution.name());
+        let why = format!("order `{order}` measures the steps of tiles; `{execution}` has none that could be measured");
+        return Err(Error::Schedule(why));
     }
     // A program that does not say how likely a walk survives has no roulette, whatever the schedule offers.
     let roulette = schedule.roulette.as_deref().filter(|_| program.has_roulette());
@@ -103,12 +104,15 @@ mod tests {
 
     /// Kills: an order that is silently ignored where it means nothing.
     #[test]
-    fn a_megakernel_refuses_a_measured_order() {
+    fn whole_walks_refuse_a_measured_order() {
         let text = "struct S { a: u32 }\nfn generate(s: ptr<function, S>, item: Item) {}\n\
                     fn end(s: ptr<function, S>) -> u32 { return FINISH; }\nfn finish(s: ptr<function, S>) -> u32 { return (*s).a; }";
         let program = Program::builder("p").source("p.wgsl", text).stage("end").build().expect("a program");
-        let schedule: Schedule = "megakernel,order=depth-max".parse().expect("a schedule");
-        let message = link(&program, &LinearRange { count: 1 }, &schedule, &Instruments::default(), &[]).expect_err("refused").to_string();
-        assert!(message.contains("depth-max") && message.contains("megakernel"), "{message}");
+        for execution in ["megakernel", "persistent"] {
+            let schedule: Schedule = format!("{execution},order=depth-max").parse().expect("a schedule");
+            let linked = link(&program, &LinearRange { count: 1 }, &schedule, &Instruments::default(), &[]);
+            let message = linked.expect_err("refused").to_string();
+            assert!(message.contains("depth-max") && message.contains(execution), "{message}");
+        }
     }
 }

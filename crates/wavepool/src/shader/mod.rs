@@ -16,6 +16,7 @@ mod generate;
 mod infer;
 mod inspect;
 mod link;
+mod persistent;
 mod rules;
 mod scan;
 mod storage;
