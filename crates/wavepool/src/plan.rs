@@ -36,6 +36,8 @@ pub enum Kernel {
     Megakernel,
     /// All stages in a loop, in work-groups that take tile after tile.
     Persistent,
+    /// All stages in a loop, in which lanes take item after item.
+    MegakernelRegen,
     /// Decides what runs next.
     Tick,
     /// The tick of whole walks in one kernel.
@@ -70,6 +72,7 @@ impl fmt::Display for Kernel {
             Kernel::Stage(name) => name,
             Kernel::Megakernel => "megakernel",
             Kernel::Persistent => "persistent",
+            Kernel::MegakernelRegen => "megakernel_regen",
             Kernel::Tick => "tick",
             Kernel::Advance => "advance",
             Kernel::Resolve => "resolve",
@@ -125,6 +128,7 @@ impl Plan {
             }
             Execution::Megakernel => Kernel::Megakernel,
             Execution::Persistent => Kernel::Persistent,
+            Execution::MegakernelRegen => Kernel::MegakernelRegen,
         };
         let advance = launch(Kernel::Advance, Size::Groups(1));
         Plan { opening: vec![advance.clone()], step: vec![launch(whole_walks, Size::LiveBlocks), advance, resolve], audit }

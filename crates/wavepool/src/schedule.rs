@@ -36,7 +36,8 @@ pub struct Schedule {
     pub regeneration: Arc<dyn Regeneration>,
     /// How hopeless walks end; used when the program declares `survival`.
     pub roulette: Option<Arc<dyn Roulette>>,
-    /// Blocks of 256 lanes; of the megakernel: tiles per launch; of `persistent`: work-groups, four tiles for each in a launch. `None` lets the library choose.
+    /// Blocks of 256 lanes; of the megakernel: tiles per launch; of `persistent` and
+    /// `megakernel-regen`: work-groups, with four tiles for each in a launch. `None` lets the library choose.
     pub pool_blocks: Option<u32>,
     /// Blocks in a bank, at most; `None` fills a binding of the device.
     pub bank_blocks: Option<u32>,
@@ -93,6 +94,11 @@ impl Schedule {
     /// All stages in one kernel, whose work-groups stay and take tile after tile.
     pub fn persistent() -> Self {
         Schedule { execution: Execution::Persistent, ..Schedule::never() }
+    }
+
+    /// All stages in one kernel, whose lanes take item after item. Without roulette by block, which needs lanes that stay together.
+    pub fn megakernel_regen() -> Self {
+        Schedule { execution: Execution::MegakernelRegen, ..Schedule::never() }
     }
 
     /// Fixes the size of the pool; one that is larger than the work is cut down to it.
@@ -163,13 +169,13 @@ impl fmt::Display for Schedule {
     }
 }
 
-const NAMES: &str = "never, never-full, block, megakernel, persistent";
+const NAMES: &str = "never, never-full, block, megakernel, megakernel-regen, persistent";
 const KEYS: &str = "threshold, check_every, launch, order, roulette, ring, pins";
 
 impl FromStr for Schedule {
     type Err = Error;
 
-    /// `NAME[,key=value...]`; names `never`, `never-full`, `block`, `megakernel`, `persistent`; keys `threshold` (0 to 15) and
+    /// `NAME[,key=value...]`; names `never`, `never-full`, `block`, `megakernel`, `megakernel-regen`, `persistent`; keys `threshold` (0 to 15) and
     /// `check_every` (1 or more) of `block`, `launch` (`live`, `full`) of wavefronts, `order` (`scanline`, `morton`, `depth-max`, `depth-mean`, `depth-decayed`), `roulette` (`none`,
     /// `lane`, `block-max`, `block-mean`), `ring` (1 to 64), `pins` (`on`, `off`).
     fn from_str(text: &str) -> Result<Self> {
@@ -180,6 +186,7 @@ impl FromStr for Schedule {
             "never-full" => Schedule::never_full(),
             "block" => Schedule::block(),
             "megakernel" => Schedule::megakernel(),
+            "megakernel-regen" => Schedule::megakernel_regen(),
             "persistent" => Schedule::persistent(),
             _ => return Err(Error::Schedule(format!("unknown name `{name}`; there are: {NAMES}"))),
         };
@@ -242,8 +249,8 @@ mod tests {
     #[test]
     fn mistakes_are_named() {
         for (text, expected) in [
-            ("blok", "unknown name `blok`; there are: never, never-full, block, megakernel, persistent"),
-            ("", "unknown name ``; there are: never, never-full, block, megakernel, persistent"),
+            ("blok", "unknown name `blok`; there are: never, never-full, block, megakernel, megakernel-regen, persistent"),
+            ("", "unknown name ``; there are: never, never-full, block, megakernel, megakernel-regen, persistent"),
             ("block,treshold=1", "unknown key `treshold`"),
             ("block,threshold=16", "threshold=16: allowed is 0 to 15"),
             ("block,threshold=nan", "threshold=nan: allowed is 0 to 15"),
@@ -276,6 +283,7 @@ mod tests {
             "never-full",
             "block,launch=full",
             "persistent,order=morton",
+            "megakernel-regen",
         ] {
             let printed = text.parse::<Schedule>().expect(text).to_string();
             assert_eq!(printed.parse::<Schedule>().expect(&printed).to_string(), printed);

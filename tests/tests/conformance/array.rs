@@ -13,8 +13,8 @@ use std::{
 use wavepool::{
     ImageTiles, Instruments, Report, Schedule,
     policy::{
-        BlockInPlace, DepthDecayed, DepthMax, DepthMean, LaunchScope, Morton, NeverRegenerate, PerBlock, PerLane, Roulette, Statistic,
-        TileOrder,
+        BlockInPlace, DepthDecayed, DepthMax, DepthMean, LaunchScope, Morton, NeverRegenerate, PerBlock, PerLane, Roulette, RouletteScope,
+        Statistic, TileOrder,
     },
 };
 use wavepool_tests::{
@@ -39,7 +39,7 @@ const FULL: Duration = Duration::from_secs(400);
 fn factors(levels: usize) -> [Factor; 10] {
     [
         factor("scene", SUBJECTS.len()),
-        factor("execution", 4),
+        factor("execution", 5),
         factor("order", 5),
         factor("regeneration", 2),
         factor("threshold", THRESHOLDS.len()),
@@ -63,7 +63,8 @@ fn schedule_of(row: &[usize]) -> Schedule {
         0 => Schedule::block(),
         1 => Schedule::block().with_launch(LaunchScope::AllBlocks),
         2 => Schedule::megakernel(),
-        _ => Schedule::persistent(),
+        3 => Schedule::persistent(),
+        _ => Schedule::megakernel_regen(),
     };
     let orders: [Arc<dyn TileOrder>; 5] =
         [Arc::new(wavepool::policy::Scanline), Arc::new(Morton), Arc::new(DepthMax), Arc::new(DepthMean), Arc::new(DepthDecayed)];
@@ -148,7 +149,9 @@ fn on_every_level(test: &str, roulettes: &[Arc<dyn Roulette>]) {
     let mut baselines = BTreeSet::new();
     for roulette in roulettes {
         let what = format!("{here}, roulette {}", roulette.name());
-        let factors = factors(count);
+        let mut factors = factors(count);
+        // The last execution shares no draw.
+        factors[1].levels -= usize::from(roulette.scope() != RouletteScope::Lane);
         let mut comparison = Comparison::new(roulette.clone());
         let rows = pairwise(&factors, is_allowed);
         rows.iter().filter(|row| row[9] == index).for_each(|row| comparison.run(row, true));

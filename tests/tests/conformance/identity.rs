@@ -5,7 +5,8 @@ use std::sync::Arc;
 use wavepool::{
     Film, ImageTiles, Instruments, LinearRange, Program, Report, Schedule, Scheduler,
     policy::{
-        BlockInPlace, DepthDecayed, DepthMax, DepthMean, Execution, LaunchScope, Morton, PerBlock, PerLane, Roulette, Statistic, WorkSource,
+        BlockInPlace, DepthDecayed, DepthMax, DepthMean, Execution, LaunchScope, Morton, PerBlock, PerLane, Roulette, RouletteScope,
+        Statistic, WorkSource,
     },
     shader::Fault,
 };
@@ -17,7 +18,7 @@ use wavepool_tests::{
 };
 
 /// Executions that walk in one kernel.
-const WHOLE_WALKS: [&str; 2] = ["megakernel", "persistent"];
+const WHOLE_WALKS: [&str; 3] = ["megakernel", "persistent", "megakernel-regen"];
 
 /// What must differ between the schedules of a comparison.
 fn fingerprint(report: &Report) -> (u64, u64, u32, u64, u64) {
@@ -48,6 +49,8 @@ fn schedules() -> Vec<(String, Schedule)> {
     all.push(("megakernel".to_owned(), Schedule::megakernel()));
     all.push(("persistent".to_owned(), Schedule::persistent()));
     all.push(("persistent, two groups".to_owned(), Schedule::persistent().with_pool_blocks(2)));
+    all.push(("lanes take items".to_owned(), Schedule::megakernel_regen()));
+    all.push(("lanes take items, three groups".to_owned(), Schedule::megakernel_regen().with_pool_blocks(3)));
     all.push(("persistent, passes apart".to_owned(), Schedule::persistent().with_pool_blocks(7).with_ring(1)));
     all.push(("megakernel, small launches".to_owned(), Schedule::megakernel().with_pool_blocks(2)));
     all
@@ -67,7 +70,9 @@ fn compare_under(
 ) -> Option<(Film, Report)> {
     let gpu = gpu()?;
     let mut films: Vec<(String, Film, Report)> = Vec::new();
-    for (name, schedule) in schedules() {
+    let is_shared = matches!(roulette.as_ref().map(|roulette| roulette.scope()), Some(RouletteScope::Block(_)));
+    let part_ways = |schedule: &Schedule| schedule.execution == Execution::MegakernelRegen;
+    for (name, schedule) in schedules().into_iter().filter(|(_, schedule)| !(is_shared && part_ways(schedule))) {
         let schedule = schedule.with_roulette(roulette.clone());
         let (film, report) = run(gpu, program, source, passes, &schedule);
         assert!(film.samples().iter().all(|samples| *samples == passes), "{name}: samples are missing");
@@ -126,8 +131,13 @@ fn packed_states_have_the_same_bits_under_every_schedule() {
     let block: Arc<dyn Roulette> = Arc::new(PerBlock(Statistic::Mean));
     assert!(compare_under(&memory::packed(), source, 3, Some(block)).is_some_and(|(_, report)| report.items_killed > 0));
     let clamped = |schedule: &Schedule| run(gpu, &memory::packed(), source, 3, schedule).1.storage_clamped;
-    let counts =
-        [Schedule::megakernel(), Schedule::persistent(), Schedule::never(), Schedule::block().with_pool_blocks(3).with_poison(0x7fc0_0000)];
+    let counts = [
+        Schedule::megakernel(),
+        Schedule::megakernel_regen(),
+        Schedule::persistent(),
+        Schedule::never(),
+        Schedule::block().with_pool_blocks(3).with_poison(0x7fc0_0000),
+    ];
     let counts = counts.map(|schedule| clamped(&schedule));
     assert!(counts[0] > 500 && counts.iter().all(|count| *count == counts[0]), "clamped: {counts:?}");
 }
@@ -159,9 +169,12 @@ fn arrays_have_the_same_bits_under_every_schedule() {
 fn a_scheduler_runs_twice_alike_and_obeys_its_seed() {
     let Some(gpu) = gpu() else { return };
     let source = ImageTiles { width: 33, height: 20 };
-    for schedule in
-        [Schedule::block().with_pool_blocks(4), Schedule::megakernel().with_pool_blocks(2), Schedule::persistent().with_pool_blocks(2)]
-    {
+    for schedule in [
+        Schedule::block().with_pool_blocks(4),
+        Schedule::megakernel().with_pool_blocks(2),
+        Schedule::persistent().with_pool_blocks(2),
+        Schedule::megakernel_regen().with_pool_blocks(2),
+    ] {
         let mut scheduler = wavepool_tests::device::scheduler(gpu, &hops(), source, &schedule);
         let mut hash = |passes: u32| scheduler.run(passes).map(|(film, _)| film.hash()).unwrap_or_else(|error| panic!("{error}"));
         let first = hash(3);
@@ -181,7 +194,7 @@ fn a_scheduler_runs_twice_alike_and_obeys_its_seed() {
 fn a_run_can_begin_at_any_sample() {
     let Some(gpu) = gpu() else { return };
     let program = wavepool_tests::programs::identity_sum();
-    for schedule in [Schedule::block().with_pool_blocks(2), Schedule::megakernel(), Schedule::persistent()] {
+    for schedule in [Schedule::block().with_pool_blocks(2), Schedule::megakernel(), Schedule::persistent(), Schedule::megakernel_regen()] {
         let mut scheduler = wavepool_tests::device::scheduler(gpu, &program, LinearRange { count: 300 }, &schedule);
         let (film, report) = scheduler.run_with(7, 4, |_| std::ops::ControlFlow::Continue(())).expect("runs");
         assert_eq!(report.passes, 4);
@@ -204,6 +217,7 @@ fn a_stopped_run_keeps_whole_passes() {
         Schedule::never().with_pool_blocks(7),
         Schedule::megakernel(),
         Schedule::persistent().with_pool_blocks(3),
+        Schedule::megakernel_regen().with_pool_blocks(3),
     ] {
         let mut scheduler = wavepool_tests::device::scheduler(gpu, &program, source, &schedule);
         let mut seen = 0;

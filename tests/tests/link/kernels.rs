@@ -25,6 +25,7 @@ fn schedules() -> Vec<(&'static str, Schedule)> {
         ("never-full", Schedule::never_full()),
         ("megakernel", Schedule::megakernel()),
         ("persistent", Schedule::persistent()),
+        ("megakernel-regen", Schedule::megakernel_regen()),
         ("pins off", Schedule::megakernel().with_pins(false)),
         ("poison", Schedule::block().with_poison(0x7fc0_0000)),
         ("no roulette", Schedule::block().with_roulette(None)),

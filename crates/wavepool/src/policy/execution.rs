@@ -12,6 +12,9 @@ pub enum Execution {
     /// The same loop in work-groups that stay: each takes tile after tile of a launch from an atomic counter.
     /// Source: Gupta, Stuart and Owens, *A study of persistent threads style GPU programming for GPGPU workloads*, 2012.
     Persistent,
+    /// The same loop, in which a lane whose walk has ended takes the next item of the launch. No lanes walk a tile together.
+    /// Source: Davidovic, Krivanek, Hasan and Slusallek, *Progressive light transport simulation on the GPU*, 2014.
+    MegakernelRegen,
 }
 
 impl Execution {
@@ -21,6 +24,7 @@ impl Execution {
             Execution::Wavefront => "wavefront",
             Execution::Megakernel => "megakernel",
             Execution::Persistent => "persistent",
+            Execution::MegakernelRegen => "megakernel-regen",
         }
     }
 
@@ -32,7 +36,7 @@ impl Execution {
     /// Tiles per work-group of a launch that holds many walks: enough that groups which are done early find more, few enough that a launch stays short.
     pub(crate) fn tiles_per_group(self) -> u32 {
         match self {
-            Execution::Persistent => 4,
+            Execution::Persistent | Execution::MegakernelRegen => 4,
             _ => 1,
         }
     }

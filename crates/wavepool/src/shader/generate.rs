@@ -12,6 +12,7 @@ use std::fmt::Write as _;
 use super::{
     Interface, LeafSet, arrays, gamble,
     persistent::PERSISTENT,
+    regenerating::megakernel_regen,
     storage::{load, pin, poison_planes, poison_state, settle, settle_stage, store, to_word},
 };
 use crate::{
@@ -125,6 +126,9 @@ pub(crate) fn kernels(glue: &Glue) -> String {
     pin(glue, &mut out);
     arrays::accessors(glue, &mut out);
     complete(glue, &mut out);
+    if let (OrderRule::Formula(formula), false) = (glue.order.rule(), glue.execution.is_wavefront()) {
+        out.push_str(&formula.wgsl());
+    }
     match glue.execution {
         Execution::Wavefront => {
             generate_kernel(glue, &mut out);
@@ -138,6 +142,7 @@ pub(crate) fn kernels(glue: &Glue) -> String {
             walk(glue, &mut out);
             out.push_str(PERSISTENT);
         }
+        Execution::MegakernelRegen => megakernel_regen(glue, &mut out),
     }
     if glue.instruments.checked {
         let _ = writeln!(out, "const WF_STRIDE: u32 = {}u;", glue.layout.stride());
@@ -313,11 +318,8 @@ pub(super) const WALK_HEAD: &str = "fn wf_walk(wf_tile: u32, wf_pass_index: u32,
     let wf_item = wf_item_of(wf_tile, wf_pass_index, wf_lane);
     ";
 
-/// The order of the tiles, and `wf_walk`, which takes one lane of a tile from birth to its result.
+/// `wf_walk`, which takes one lane of a tile from birth to its result.
 fn walk(glue: &Glue, out: &mut String) {
-    if let OrderRule::Formula(formula) = glue.order.rule() {
-        out.push_str(&formula.wgsl());
-    }
     if glue.is_by_block() {
         return gamble::lockstep_walk(glue, out);
     }

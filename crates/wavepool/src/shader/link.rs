@@ -4,7 +4,7 @@ use super::{Composition, GENERATED, Glue, kernels, tick_module};
 use crate::{
     Error, Instruments, Program, Result, Schedule,
     layout::Layout,
-    policy::{OrderRule, WorkSource},
+    policy::{Execution, OrderRule, Roulette, RouletteScope, WorkSource},
 };
 
 /// The WGSL of a program under a schedule.
@@ -67,6 +67,13 @@ pub(crate) fn link(
     }
     // A program that does not say how likely a walk survives has no roulette, whatever the schedule offers.
     let roulette = schedule.roulette.as_deref().filter(|_| program.has_roulette());
+    if let (Execution::MegakernelRegen, Some(RouletteScope::Block(_))) = (schedule.execution, roulette.map(Roulette::scope)) {
+        let (roulette, execution) = (roulette.map_or("", Roulette::name), schedule.execution.name());
+        let why = "whose lanes go on to other items one by one and never walk a tile together";
+        return Err(Error::Schedule(format!(
+            "roulette `{roulette}` shares a draw among the lanes of a tile; that is not for `{execution}`, {why}"
+        )));
+    }
     let layout = program.layout(roulette.map(|roulette| roulette.scope()));
     let glue = Glue {
         interface: program.interface(),
@@ -108,11 +115,32 @@ mod tests {
         let text = "struct S { a: u32 }\nfn generate(s: ptr<function, S>, item: Item) {}\n\
                     fn end(s: ptr<function, S>) -> u32 { return FINISH; }\nfn finish(s: ptr<function, S>) -> u32 { return (*s).a; }";
         let program = Program::builder("p").source("p.wgsl", text).stage("end").build().expect("a program");
-        for execution in ["megakernel", "persistent"] {
+        for execution in ["megakernel", "persistent", "megakernel-regen"] {
             let schedule: Schedule = format!("{execution},order=depth-max").parse().expect("a schedule");
             let linked = link(&program, &LinearRange { count: 1 }, &schedule, &Instruments::default(), &[]);
             let message = linked.expect_err("refused").to_string();
             assert!(message.contains("depth-max") && message.contains(execution), "{message}");
         }
+    }
+
+    /// Kills: lanes that share a draw with lanes of another tile, in silence; a refusal of a program without roulette.
+    #[test]
+    fn lanes_that_part_ways_refuse_a_shared_draw() {
+        let text = "struct S { a: u32 }\nfn generate(s: ptr<function, S>, item: Item) {}\n\
+                    fn end(s: ptr<function, S>) -> u32 { return FINISH; }\nfn finish(s: ptr<function, S>) -> u32 { return (*s).a; }";
+        let gambling =
+            "fn survival(s: ptr<function, S>) -> f32 { return 0.5; }\nfn reweight(s: ptr<function, S>, by: f32) { (*s).a += 1u; }";
+        let program = |text: String| Program::builder("p").source("p.wgsl", text).stage("end").build().expect("a program");
+        let linked = |program: &Program, schedule: &str| {
+            link(program, &LinearRange { count: 1 }, &schedule.parse().expect("a schedule"), &Instruments::default(), &[])
+        };
+        let gambler = program(format!("{text}\n{gambling}"));
+        for roulette in ["block-max", "block-mean"] {
+            let schedule = format!("megakernel-regen,roulette={roulette}");
+            let message = linked(&gambler, &schedule).expect_err("refused").to_string();
+            assert!(message.contains(roulette) && message.contains("one by one"), "{message}");
+            linked(&program(text.to_owned()), &schedule).expect("nobody draws");
+        }
+        linked(&gambler, "megakernel-regen,roulette=lane").expect("lanes draw for themselves");
     }
 }

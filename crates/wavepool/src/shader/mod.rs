@@ -17,6 +17,7 @@ mod infer;
 mod inspect;
 mod link;
 mod persistent;
+mod regenerating;
 mod rules;
 mod scan;
 mod storage;
