@@ -175,9 +175,10 @@ const KEYS: &str = "threshold, check_every, launch, order, roulette, ring, pins"
 impl FromStr for Schedule {
     type Err = Error;
 
-    /// `NAME[,key=value...]`; names `never`, `never-full`, `block`, `megakernel`, `megakernel-regen`, `persistent`; keys `threshold` (0 to 15) and
-    /// `check_every` (1 or more) of `block`, `launch` (`live`, `full`) of wavefronts, `order` (`scanline`, `morton`, `depth-max`, `depth-mean`, `depth-decayed`), `roulette` (`none`,
-    /// `lane`, `block-max`, `block-mean`), `ring` (1 to 64), `pins` (`on`, `off`).
+    /// `NAME[,key=value...]`; names `never`, `never-full`, `block`, `megakernel`, `megakernel-regen`, `persistent`; keys `threshold`
+    /// (0 to 15) and `check_every` (1 or more) of `block`, `launch` (`live`, `full`) of wavefronts, `order` (`scanline`, `morton`,
+    /// `depth-max`, `depth-mean`, `depth-decayed`), `roulette` (`none`, `lane`, `block-max`, `block-mean`), `ring` (1 to 64), `pins`
+    /// (`on`, `off`).
     fn from_str(text: &str) -> Result<Self> {
         let mut parts = text.split(',').map(str::trim);
         let name = parts.next().unwrap_or("");

@@ -33,7 +33,8 @@ impl Execution {
         self == Execution::Wavefront
     }
 
-    /// Tiles per work-group of a launch that holds many walks: enough that groups which are done early find more, few enough that a launch stays short.
+    /// Tiles per work-group of a launch that holds many walks: enough that groups which are done early find more, few enough that a launch
+    /// stays short.
     pub(crate) fn tiles_per_group(self) -> u32 {
         match self {
             Execution::Persistent | Execution::MegakernelRegen => 4,

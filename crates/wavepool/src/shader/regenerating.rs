@@ -1,10 +1,10 @@
 //! A megakernel whose lanes regenerate: a lane whose walk has ended takes the next item in the same loop over steps.
 //!
-//! Key decision: one loop, not a loop within a loop, so that a lane with a new walk shares the stages with neighbours that are in the middle of
-//! theirs. Items come from an atomic counter over the tiles that the launch was given, at most a few per work-group; who gets which is
+//! Key decision: one loop, not a loop within a loop, so that a lane with a new walk shares the stages with neighbours that are in the middle
+//! of theirs. Items come from an atomic counter over the tiles that the launch was given, at most a few per work-group; who gets which is
 //! decided by the hardware and shows nowhere, since random numbers and results belong to items. What is given up: lanes of a tile part
-//! ways, so nothing can be shared among them. Source: Davidovic, Krivanek, Hasan and Slusallek, *Progressive light transport simulation on the
-//! GPU*, 2014.
+//! ways, so nothing can be shared among them. Source: Davidovic, Krivanek, Hasan and Slusallek, *Progressive light transport simulation on
+//! the GPU*, 2014.
 
 use std::fmt::Write as _;
 
