@@ -14,6 +14,8 @@ var<workgroup> wf_new_lanes: atomic<u32>;
 // Blocks that receive a tile, the queue's head (pass, position), and the step in which they are born. Through work-group memory, because
 // a work-group barrier says nothing about storage.
 var<workgroup> wf_assignment: vec4u;
+// Blocks of the current fill, dead or alive: the largest number that lived at once since the pool was empty.
+var<workgroup> wf_filled: u32;
 // Where each bank's blocks begin in the lists of live (x) and of new (y) blocks; the entry after the last bank is the end.
 var<workgroup> wf_bank_starts: array<vec2u, WF_MAX_BANKS + 1u>;
 
@@ -123,16 +125,22 @@ fn wf_launch_bank(bank: u32) {
         let end = wf_bank_starts[bank + 1u];
         let arguments = WF_BANK_ARGUMENTS + WF_ARGUMENTS_PER_BANK * bank;
         wf_write_arguments(arguments + WF_GENERATE_ARGUMENTS, end.y - start.y);
-        wf_write_arguments(arguments + WF_STAGE_ARGUMENTS, end.x - start.x);
+        wf_write_arguments(arguments + WF_STAGE_ARGUMENTS, wf_launched_of_bank(bank));
     }
+}
+
+// Work-groups of a stage for the blocks of a bank.
+fn wf_launched_of_bank(bank: u32) -> u32 {
+    let live = wf_bank_starts[bank + 1u].x - wf_bank_starts[bank].x;
+    let first = bank * wf_control.bank_blocks;
+    return wf_launched(live, min(max(wf_filled, first) - first, wf_control.bank_blocks));
 }
 
 // Launches of a bank without blocks have no groups and do not count.
 fn wf_count_bank_launches() {
     for (var bank = 0u; bank < wf_control.banks; bank++) {
-        let blocks = wf_bank_starts[bank + 1u] - wf_bank_starts[bank];
-        wf_control.bank_steps += min(blocks.x, 1u);
-        wf_control.bank_regenerations += min(blocks.y, 1u);
+        wf_control.bank_steps += min(wf_launched_of_bank(bank), 1u);
+        wf_control.bank_regenerations += min(wf_bank_starts[bank + 1u].y - wf_bank_starts[bank].y, 1u);
     }
 }
 
@@ -148,6 +156,7 @@ fn wf_record_step(live_lanes: u32) {
         wf_record[place + 1u] = live_lanes;
         wf_record[place + 2u] = wf_control.new_blocks;
         wf_record[place + 3u] = select(0u, wf_control.resolve_pass + 1u, resolves);
+        wf_record[place + 4u] = wf_launched(wf_control.live_blocks, wf_control.filled_blocks);
         wf_control.record_steps += 1u;
         wf_control.record_assignments += wf_control.new_blocks;
     }
@@ -223,6 +232,10 @@ fn wf_decide(count: vec2u) {
     let live = count.x + assigned;
     wf_control.new_blocks = assigned;
     wf_control.live_blocks = live;
+    // Tiles go to the lowest dead blocks, so the fill grows only when none of its blocks is dead.
+    wf_filled = max(select(wf_control.filled_blocks, 0u, count.x == 0u), live);
+    wf_control.filled_blocks = wf_filled;
+    wf_control.group_steps = wf_add_64(wf_control.group_steps, wf_launched(live, wf_filled));
     wf_control.block_steps = wf_add_64(wf_control.block_steps, live);
     wf_control.step = step;
     wf_bank_starts[wf_control.banks] = vec2u(live, assigned);

@@ -5,7 +5,7 @@
 
 use wavepool::{
     ImageTiles, LinearRange, Schedule,
-    policy::{BlockInPlace, DepthDecayed, DepthMax, DepthMean, Morton, Scanline, WorkSource},
+    policy::{BlockInPlace, DepthDecayed, DepthMax, DepthMean, LaunchScope, Morton, Scanline, WorkSource},
     replay::{Replay, replay},
 };
 
@@ -191,6 +191,11 @@ impl Workload {
         self.lengths[0].len() as u32
     }
 
+    /// True when stages are launched over the whole fill: every second workload.
+    pub fn is_full(&self) -> bool {
+        self.number % 2 == 1
+    }
+
     /// Lengths of a tile; 0 where it has no item.
     pub fn lengths(&self, pass_index: u32, tile: u32) -> &[u32; 256] {
         &self.lengths[pass_index as usize][tile as usize]
@@ -207,6 +212,7 @@ impl Workload {
             Some((threshold, check_every)) => Schedule::block().with_regeneration(BlockInPlace::new(threshold, check_every)),
             None => Schedule::never(),
         };
+        let schedule = if self.is_full() { schedule.with_launch(LaunchScope::AllBlocks) } else { schedule };
         self.order.apply(schedule)
     }
 

@@ -60,6 +60,8 @@ pub(crate) mod counters {
     pub(crate) const AFTER_AUDIT: u32 = 8;
     pub(crate) const STORAGE_CLAMPED: u32 = 8;
     pub(crate) const OUT_OF_RANGE: u32 = 9;
+    /// Tiles or items of a launch that have been taken; where work-groups stay.
+    pub(crate) const TAKEN: u32 = 10;
     /// The program's named counters and assertions.
     pub(crate) const NAMED: u32 = 16;
     /// Named counters and assertions that a program may have.
@@ -87,8 +89,8 @@ pub(crate) mod tables {
 
 /// What the tick writes down about a step and about a tile handed out, when asked, in words.
 pub(crate) mod record {
-    /// Live blocks, live lanes, blocks that start a tile, the pass handed to resolve plus one (0: none).
-    pub(crate) const PER_STEP: u32 = 4;
+    /// Live blocks, live lanes, blocks that start a tile, the pass handed to resolve plus one (0: none), work-groups per stage.
+    pub(crate) const PER_STEP: u32 = 5;
     /// Step, block, pass, tile.
     pub(crate) const PER_ASSIGNMENT: u32 = 4;
 }
@@ -132,17 +134,17 @@ control_record! {
     passes: u32 = "u32",
     /// Sample number of pass 0.
     first_sample: u32 = "u32",
-    /// Blocks of the pool; of the megakernel: tiles per launch.
+    /// Blocks of the pool; without one: work-groups per launch.
     pool_blocks: u32 = "u32",
     /// Passes whose results can be kept at once.
     ring: u32 = "u32",
     /// Steps in which a block was live.
     step: u32 = "u32",
-    /// Length of the list of live blocks.
+    /// Length of the list of live blocks; without a pool: work-groups of the launch.
     live_blocks: u32 = "u32",
-    /// Length of the list of blocks that start a tile in this step.
+    /// Length of the list of blocks that start a tile in this step; without a pool: tiles of the launch.
     new_blocks: u32 = "u32",
-    /// Head of the tile queue.
+    /// Head of the tile queue; without a pool the first tile of the launch.
     next_pass: u32 = "u32",
     /// Head of the tile queue within the pass.
     next_position: u32 = "u32",
@@ -170,8 +172,12 @@ control_record! {
     bank_steps: u32 = "u32",
     /// Sum over the regenerations of banks with a block that starts a tile.
     bank_regenerations: u32 = "u32",
+    /// Blocks of the current fill: from the first to the last that has held a tile since the pool was empty.
+    filled_blocks: u32 = "u32",
+    /// Sum over the steps of the work-groups that each stage was launched with.
+    group_steps: [u32; 2] = "vec2u",
     /// Rounds the head to whole rows.
-    padding: u32 = "u32",
+    padding: [u32; 2] = "vec2u",
 }
 
 impl Control {
@@ -226,6 +232,7 @@ pub(crate) fn declarations() -> String {
         ("WF_AFTER_AUDIT", counters::AFTER_AUDIT),
         ("WF_STORAGE_CLAMPED", counters::STORAGE_CLAMPED),
         ("WF_OUT_OF_RANGE", counters::OUT_OF_RANGE),
+        ("WF_TAKEN", counters::TAKEN),
         ("WF_BLOCK_COUNTERS", counters::BLOCKS),
         ("WF_COUNTERS_PER_BLOCK", counters::PER_BLOCK),
     ];

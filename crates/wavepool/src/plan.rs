@@ -4,7 +4,7 @@
 
 use std::fmt;
 
-use crate::policy::Execution;
+use crate::policy::{Execution, LaunchScope};
 
 /// Who knows the number of work-groups.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -16,6 +16,8 @@ pub enum Size {
     NewBlocks,
     /// Live blocks, as the tick has written.
     LiveBlocks,
+    /// Blocks of the current fill, dead or alive, as the tick has written.
+    FilledBlocks,
     /// All tiles when a pass is complete, else none.
     FinishedTiles,
     /// All tiles, or all blocks of a bank.
@@ -30,11 +32,15 @@ pub enum Kernel {
     Generate,
     /// One stage of the program.
     Stage(String),
-    /// All stages in a loop.
+    /// All stages in a loop, a tile per work-group.
     Megakernel,
+    /// All stages in a loop, in work-groups that take tile after tile.
+    Persistent,
+    /// All stages in a loop, in which lanes take item after item.
+    MegakernelRegen,
     /// Decides what runs next.
     Tick,
-    /// The megakernel's tick.
+    /// The tick of whole walks in one kernel.
     Advance,
     /// Adds a finished pass to the film.
     Resolve,
@@ -65,6 +71,8 @@ impl fmt::Display for Kernel {
             Kernel::Generate => "generate",
             Kernel::Stage(name) => name,
             Kernel::Megakernel => "megakernel",
+            Kernel::Persistent => "persistent",
+            Kernel::MegakernelRegen => "megakernel_regen",
             Kernel::Tick => "tick",
             Kernel::Advance => "advance",
             Kernel::Resolve => "resolve",
@@ -96,30 +104,34 @@ pub struct Plan {
 
 impl Plan {
     /// The plan of an execution for the given stages, checked or not.
-    pub fn new<'a>(execution: Execution, stages: impl Iterator<Item = &'a str>, is_checked: bool) -> Self {
+    pub fn new<'a>(execution: Execution, scope: LaunchScope, stages: impl Iterator<Item = &'a str>, is_checked: bool) -> Self {
         let launch = |kernel, size| Launch { kernel, size };
         let resolve = launch(Kernel::Resolve, Size::FinishedTiles);
         let mut audit = Vec::new();
-        if is_checked && execution == Execution::Wavefront {
+        if is_checked && execution.is_wavefront() {
             audit.push(launch(Kernel::AuditLanes, Size::All));
         }
         if is_checked {
             audit.push(launch(Kernel::AuditResults, Size::All));
         }
-        match execution {
+        let whole_walks = match execution {
             Execution::Wavefront => {
                 let tick = launch(Kernel::Tick, Size::Groups(1));
                 let mut step = vec![launch(Kernel::Generate, Size::NewBlocks)];
-                step.extend(stages.map(|stage| launch(Kernel::Stage(stage.to_owned()), Size::LiveBlocks)));
+                let size = match scope {
+                    LaunchScope::LiveBlocks => Size::LiveBlocks,
+                    LaunchScope::AllBlocks => Size::FilledBlocks,
+                };
+                step.extend(stages.map(|stage| launch(Kernel::Stage(stage.to_owned()), size)));
                 step.extend([tick.clone(), resolve]);
-                Plan { opening: vec![tick], step, audit }
+                return Plan { opening: vec![tick], step, audit };
             }
-            Execution::Megakernel => {
-                let advance = launch(Kernel::Advance, Size::Groups(1));
-                let step = vec![launch(Kernel::Megakernel, Size::LiveBlocks), advance.clone(), resolve];
-                Plan { opening: vec![advance], step, audit }
-            }
-        }
+            Execution::Megakernel => Kernel::Megakernel,
+            Execution::Persistent => Kernel::Persistent,
+            Execution::MegakernelRegen => Kernel::MegakernelRegen,
+        };
+        let advance = launch(Kernel::Advance, Size::Groups(1));
+        Plan { opening: vec![advance.clone()], step: vec![launch(whole_walks, Size::LiveBlocks), advance, resolve], audit }
     }
 }
 

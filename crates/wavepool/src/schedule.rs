@@ -8,8 +8,8 @@ use crate::{
     Error, Result,
     control::MAX_RING,
     policy::{
-        BlockInPlace, DepthDecayed, DepthMax, DepthMean, Execution, Morton, NeverRegenerate, PerBlock, PerLane, Regeneration, Roulette,
-        Scanline, Statistic, TileOrder,
+        BlockInPlace, DepthDecayed, DepthMax, DepthMean, Execution, LaunchScope, Morton, NeverRegenerate, PerBlock, PerLane, Regeneration,
+        Roulette, Scanline, Statistic, TileOrder,
     },
 };
 
@@ -28,13 +28,16 @@ use crate::{
 pub struct Schedule {
     /// How stages become kernels.
     pub execution: Execution,
+    /// Which blocks the stages of a wavefront are launched over.
+    pub launch: LaunchScope,
     /// In which order tiles leave the queue.
     pub order: Arc<dyn TileOrder>,
     /// When dead blocks receive new tiles.
     pub regeneration: Arc<dyn Regeneration>,
     /// How hopeless walks end; used when the program declares `survival`.
     pub roulette: Option<Arc<dyn Roulette>>,
-    /// Blocks of 256 lanes; of the megakernel: tiles per launch. `None` lets the library choose.
+    /// Blocks of 256 lanes; of the megakernel: tiles per launch; of `persistent` and
+    /// `megakernel-regen`: work-groups, with four tiles for each in a launch. `None` lets the library choose.
     pub pool_blocks: Option<u32>,
     /// Blocks in a bank, at most; `None` fills a binding of the device.
     pub bank_blocks: Option<u32>,
@@ -60,6 +63,7 @@ impl Schedule {
     pub fn block() -> Self {
         Schedule {
             execution: Execution::Wavefront,
+            launch: LaunchScope::LiveBlocks,
             order: Arc::new(Scanline),
             regeneration: Arc::new(BlockInPlace::default()),
             roulette: Some(Arc::new(PerLane)),
@@ -77,9 +81,24 @@ impl Schedule {
         Schedule { regeneration: Arc::new(NeverRegenerate), ..Schedule::block() }
     }
 
+    /// No regeneration and no live list: every stage is launched over the whole fill until its last walk has ended.
+    pub fn never_full() -> Self {
+        Schedule::never().with_launch(LaunchScope::AllBlocks)
+    }
+
     /// All stages in one kernel.
     pub fn megakernel() -> Self {
         Schedule { execution: Execution::Megakernel, ..Schedule::never() }
+    }
+
+    /// All stages in one kernel, whose work-groups stay and take tile after tile.
+    pub fn persistent() -> Self {
+        Schedule { execution: Execution::Persistent, ..Schedule::never() }
+    }
+
+    /// All stages in one kernel, whose lanes take item after item. Without roulette by block, which needs lanes that stay together.
+    pub fn megakernel_regen() -> Self {
+        Schedule { execution: Execution::MegakernelRegen, ..Schedule::never() }
     }
 
     /// Fixes the size of the pool; one that is larger than the work is cut down to it.
@@ -107,6 +126,11 @@ impl Schedule {
         Schedule { regeneration: Arc::new(regeneration), ..self }
     }
 
+    /// Replaces the blocks that the stages of a wavefront are launched over.
+    pub fn with_launch(self, launch: LaunchScope) -> Self {
+        Schedule { launch, ..self }
+    }
+
     /// Replaces the tile order.
     pub fn with_order(self, order: impl TileOrder + 'static) -> Self {
         Schedule { order: Arc::new(order), ..self }
@@ -132,8 +156,9 @@ impl fmt::Display for Schedule {
     /// As [`FromStr`] reads it, all policies spelled out.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.execution {
-            Execution::Megakernel => f.write_str("megakernel")?,
+            Execution::Wavefront if self.launch == LaunchScope::AllBlocks => write!(f, "{},launch=full", self.regeneration.spec())?,
             Execution::Wavefront => f.write_str(&self.regeneration.spec())?,
+            whole_walks => f.write_str(whole_walks.name())?,
         }
         let roulette = self.roulette.as_ref().map_or("none", |roulette| roulette.name());
         write!(f, ",order={},roulette={roulette}", self.order.name())?;
@@ -144,22 +169,26 @@ impl fmt::Display for Schedule {
     }
 }
 
-const NAMES: &str = "never, block, megakernel";
-const KEYS: &str = "threshold, check_every, order, roulette, ring, pins";
+const NAMES: &str = "never, never-full, block, megakernel, megakernel-regen, persistent";
+const KEYS: &str = "threshold, check_every, launch, order, roulette, ring, pins";
 
 impl FromStr for Schedule {
     type Err = Error;
 
-    /// `NAME[,key=value...]`; names `never`, `block`, `megakernel`; keys `threshold` (0 to 15) and `check_every` (1 or more) of
-    /// `block`, `order` (`scanline`, `morton`, `depth-max`, `depth-mean`, `depth-decayed`), `roulette` (`none`,
-    /// `lane`, `block-max`, `block-mean`), `ring` (1 to 64), `pins` (`on`, `off`).
+    /// `NAME[,key=value...]`; names `never`, `never-full`, `block`, `megakernel`, `megakernel-regen`, `persistent`; keys `threshold`
+    /// (0 to 15) and `check_every` (1 or more) of `block`, `launch` (`live`, `full`) of wavefronts, `order` (`scanline`, `morton`,
+    /// `depth-max`, `depth-mean`, `depth-decayed`), `roulette` (`none`, `lane`, `block-max`, `block-mean`), `ring` (1 to 64), `pins`
+    /// (`on`, `off`).
     fn from_str(text: &str) -> Result<Self> {
         let mut parts = text.split(',').map(str::trim);
         let name = parts.next().unwrap_or("");
         let mut schedule = match name {
             "never" => Schedule::never(),
+            "never-full" => Schedule::never_full(),
             "block" => Schedule::block(),
             "megakernel" => Schedule::megakernel(),
+            "megakernel-regen" => Schedule::megakernel_regen(),
+            "persistent" => Schedule::persistent(),
             _ => return Err(Error::Schedule(format!("unknown name `{name}`; there are: {NAMES}"))),
         };
         let (mut threshold, mut check_every) = (BlockInPlace::default().threshold(), BlockInPlace::default().check_every());
@@ -179,6 +208,12 @@ impl FromStr for Schedule {
                 ("check_every", _) => {
                     check_every = value.parse().ok().filter(|value| *value > 0).ok_or_else(|| wrong("1 or more"))?;
                 }
+                ("launch", _) if !schedule.execution.is_wavefront() => {
+                    return Err(Error::Schedule(format!("`launch` belongs to wavefronts; `{name}` launches no blocks")));
+                }
+                ("launch", "live") => schedule.launch = LaunchScope::LiveBlocks,
+                ("launch", "full") => schedule.launch = LaunchScope::AllBlocks,
+                ("launch", _) => return Err(wrong("live, full")),
                 ("order", "scanline") => schedule.order = Arc::new(Scanline),
                 ("order", "morton") => schedule.order = Arc::new(Morton),
                 ("order", "depth-max") => schedule.order = Arc::new(DepthMax),
@@ -215,8 +250,8 @@ mod tests {
     #[test]
     fn mistakes_are_named() {
         for (text, expected) in [
-            ("blok", "unknown name `blok`; there are: never, block, megakernel"),
-            ("", "unknown name ``; there are: never, block, megakernel"),
+            ("blok", "unknown name `blok`; there are: never, never-full, block, megakernel, megakernel-regen, persistent"),
+            ("", "unknown name ``; there are: never, never-full, block, megakernel, megakernel-regen, persistent"),
             ("block,treshold=1", "unknown key `treshold`"),
             ("block,threshold=16", "threshold=16: allowed is 0 to 15"),
             ("block,threshold=nan", "threshold=nan: allowed is 0 to 15"),
@@ -226,6 +261,8 @@ mod tests {
             ("block,order=hilbert", "order=hilbert: allowed is scanline, morton, depth-max, depth-mean, depth-decayed"),
             ("block,ring=0", "ring=0: allowed is 1 to 64"),
             ("never,ring=65", "ring=65: allowed is 1 to 64"),
+            ("block,launch=all", "launch=all: allowed is live, full"),
+            ("megakernel,launch=full", "`launch` belongs to wavefronts; `megakernel`"),
             ("block,threshold", "`threshold` is not key=value"),
         ] {
             let message = text.parse::<Schedule>().expect_err(text).to_string();
@@ -237,12 +274,22 @@ mod tests {
     /// Kills: a printed schedule that is another one when it is typed in again.
     #[test]
     fn a_printed_schedule_can_be_read() {
-        for text in
-            ["never", "block", "megakernel", "block,threshold=0.25,check_every=3,roulette=none", "never,pins=off", "never,ring=64,pins=off"]
-        {
+        for text in [
+            "never",
+            "block",
+            "megakernel",
+            "block,threshold=0.25,check_every=3,roulette=none",
+            "never,pins=off",
+            "never,ring=64,pins=off",
+            "never-full",
+            "block,launch=full",
+            "persistent,order=morton",
+            "megakernel-regen",
+        ] {
             let printed = text.parse::<Schedule>().expect(text).to_string();
             assert_eq!(printed.parse::<Schedule>().expect(&printed).to_string(), printed);
         }
+        assert!(Schedule::never_full().to_string().starts_with("never,launch=full,"));
         assert_eq!(Schedule::never().with_ring(3).to_string().parse::<Schedule>().expect("a schedule").ring, Some(3));
         assert_eq!(Schedule::block().to_string(), "block,threshold=0.5,check_every=2,order=scanline,roulette=lane");
     }

@@ -2,7 +2,7 @@
 
 use wavepool::{
     Film, ImageTiles, LinearRange, Program, Report, Schedule,
-    policy::{BlockInPlace, DepthDecayed, DepthMax, DepthMean, Morton, WorkSource},
+    policy::{BlockInPlace, DepthDecayed, DepthMax, DepthMean, LaunchScope, Morton, WorkSource},
     replay::{Replay, replay},
 };
 use wavepool_tests::{
@@ -29,6 +29,7 @@ fn compare(
     let name = format!("{}, {source:?}, {passes} passes, {schedule}, {} blocks", program.name(), report.pool_blocks);
     assert_eq!(report.steps, seen.steps(), "{name}: steps");
     assert_eq!(report.block_steps, seen.block_steps(), "{name}: live blocks");
+    assert_eq!(report.group_steps, seen.group_steps(), "{name}: groups");
     assert_eq!(report.lane_steps, seen.lane_steps(), "{name}: live lanes");
     assert_eq!(report.regenerations as usize, seen.regenerations.len(), "{name}: regenerations");
     assert_eq!(seen.assignments.len() as u32, source.tiles() * passes, "{name}: tiles");
@@ -37,7 +38,7 @@ fn compare(
 }
 
 /// Kills: a tick that asks the policy too early or too late, a threshold compared the other way, a block retired a step late, tiles
-/// handed out beyond the result ring, a counter that forgets the last step.
+/// handed out beyond the result ring, a fill that shrinks before the pool is empty or does not grow, a counter that forgets the last step.
 #[test]
 fn the_device_counts_what_the_policies_say() {
     // Numbers up to 159,486 stay below 2^32 on their way, so that 32 bits and 64 bits agree. The stage that finds the walk at 1 is a step
@@ -47,6 +48,10 @@ fn the_device_counts_what_the_policies_say() {
     for (count, passes, pool, schedule) in [
         (1, 1, 1, Schedule::never()),
         (2900, 3, 4, Schedule::never()),
+        (2900, 3, 4, Schedule::never_full()),
+        (2900, 9, 500, Schedule::never_full()),
+        (2900, 4, 7, block(0.25, 1).with_launch(LaunchScope::AllBlocks)),
+        (2900, 4, 13, block(2.0, 3).with_launch(LaunchScope::AllBlocks)),
         (2900, 3, 1, block(0.5, 2)),
         (2900, 4, 5, block(0.0, 1)),
         (2900, 4, 7, block(0.5, 2)),

@@ -148,15 +148,24 @@ pub(crate) fn brute_force(workload: &Workload) -> Replay {
             done += 1;
         }
     }
-    integrate(&begun, done, &mut report);
+    integrate(&begun, done, workload.is_full(), &mut report);
     report
 }
 
+/// The last block that has held a tile since the pool was empty.
+fn last_of_fill(begun: &[Begun], step: u32) -> u32 {
+    let opens =
+        |tile: &&Begun| tile.birth <= step && begun.iter().all(|other| other.birth >= tile.birth || other.has_ended(tile.birth - 1));
+    let opened = begun.iter().filter(opens).map(|tile| tile.birth).max().expect("somebody lives");
+    begun.iter().filter(|tile| (opened..=step).contains(&tile.birth)).map(|tile| tile.block).max().expect("the same")
+}
+
 /// The figures of every step, tile by tile and lane by lane.
-fn integrate(begun: &[Begun], steps: u32, report: &mut Replay) {
+fn integrate(begun: &[Begun], steps: u32, is_full: bool, report: &mut Replay) {
     for step in 1..=steps {
         let live: Vec<_> = begun.iter().filter(|tile| tile.birth <= step && !tile.has_ended(step - 1)).collect();
         report.live_blocks.push(live.len() as u32);
+        report.launched_blocks.push(if is_full { last_of_fill(begun, step) + 1 } else { live.len() as u32 });
         report.live_lanes.push(live.iter().map(|tile| tile.lanes_in(step)).sum());
     }
     // A subgroup runs as long as its longest walk.

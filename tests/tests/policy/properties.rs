@@ -26,7 +26,7 @@ fn for_all(check: impl Fn(&Workload, &Replay) + Sync) {
 
 /// Kills, each planted by itself in the replay or a host face: a threshold compared with `>=`; checks at odd steps; a block that is not
 /// retired; two passes resolved in one tick; a ring one pass too long; a key of a running tile that ignores its age; a decayed key
-/// measured against what is known when it ends; ties in reverse; a curve by columns; a subgroup counted by its first lane.
+/// measured against what is known when it ends; ties in reverse; a curve by columns; a fill that forgets its dead blocks, or outlives an empty pool; a subgroup counted by its first lane.
 #[test]
 fn replay_is_what_brute_force_finds() {
     for_all(|workload, seen| {
@@ -34,6 +34,7 @@ fn replay_is_what_brute_force_finds() {
         let name = workload.name();
         assert_eq!(seen.assignments, expected.assignments, "{name}");
         assert_eq!(seen.live_blocks, expected.live_blocks, "{name}");
+        assert_eq!(seen.launched_blocks, expected.launched_blocks, "{name}");
         assert_eq!(seen.live_lanes, expected.live_lanes, "{name}");
         assert_eq!(seen.regenerations, expected.regenerations, "{name}");
         assert_eq!(seen.resolved_after, expected.resolved_after, "{name}");

@@ -20,7 +20,12 @@ fn steps_of(seen: &Replay) -> Steps {
         .live_blocks
         .iter()
         .zip(&seen.live_lanes)
-        .map(|(live_blocks, live_lanes)| StepRecord { live_blocks: *live_blocks, live_lanes: *live_lanes, new_blocks: 0 })
+        .map(|(live_blocks, live_lanes)| StepRecord {
+            live_blocks: *live_blocks,
+            launched_blocks: *live_blocks,
+            live_lanes: *live_lanes,
+            new_blocks: 0,
+        })
         .collect();
     seen.assignments.iter().for_each(|assignment| steps[assignment.step as usize - 1].new_blocks += 1);
     Steps { steps, assignments: seen.assignments.clone(), resolved_after: seen.resolved_after.clone() }

@@ -28,7 +28,12 @@ impl Collector {
                 self.steps.resolved_after.push(self.steps.steps.len() as u32);
             }
             if entry[0] > 0 {
-                self.steps.steps.push(StepRecord { live_blocks: entry[0], live_lanes: entry[1], new_blocks: entry[2] });
+                self.steps.steps.push(StepRecord {
+                    live_blocks: entry[0],
+                    live_lanes: entry[1],
+                    new_blocks: entry[2],
+                    launched_blocks: entry[4],
+                });
             }
         }
         let base = capacity * record::PER_STEP;

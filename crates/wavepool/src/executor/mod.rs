@@ -32,7 +32,7 @@ use crate::{
     Film, GpuContext, Instruments, Program, Result, Schedule,
     layout::Layout,
     plan::Plan,
-    policy::{Execution, OrderRule, WorkSource},
+    policy::{OrderRule, WorkSource},
     profile::{Observed, Statistics},
     shader::{Fault, link},
 };
@@ -117,7 +117,7 @@ impl SchedulerBuilder<'_> {
         // A program that does not say how likely a walk survives has no roulette, whatever the schedule offers.
         schedule.roulette = schedule.roulette.filter(|_| program.has_roulette());
         let linked = link(program, source.as_ref(), &schedule, &instruments, &faults)?;
-        let plan = Plan::new(schedule.execution, program.stages(), instruments.checked);
+        let plan = Plan::new(schedule.execution, schedule.launch, program.stages(), instruments.checked);
         let kernels = Kernels::new(device, program, &plan, &linked, &resources, &cache)?;
         Ok(Scheduler {
             device: device.clone(),
@@ -165,8 +165,11 @@ pub struct Report {
     pub launches: u64,
     /// Ticks that handed out tiles.
     pub regenerations: u32,
-    /// Sum of live blocks over the steps; of the megakernel: tiles launched.
+    /// Sum of live blocks over the steps; where whole walks are launched: tiles.
     pub block_steps: u64,
+    /// Work-groups that each stage was launched with, summed over the steps. More than `block_steps` with full launches, which launch dead
+    /// blocks too; fewer where work-groups take several tiles.
+    pub group_steps: u64,
     /// Sum over the steps of lanes alive when the step began; zero for the megakernel, which does not count.
     pub lane_steps: u64,
     /// Items begun.
@@ -256,7 +259,7 @@ impl Scheduler {
         let mut schedule = self.schedule.clone();
         schedule.roulette = schedule.roulette.filter(|_| program.has_roulette());
         let linked = link(program, self.source.as_ref(), &schedule, &self.instruments, &self.faults)?;
-        let plan = Plan::new(schedule.execution, program.stages(), self.instruments.checked);
+        let plan = Plan::new(schedule.execution, schedule.launch, program.stages(), self.instruments.checked);
         let kernels = Kernels::new(&self.device, program, &plan, &linked, &self.resources, &self.cache)?;
         self.program = program.clone();
         self.layout = linked.layout;

@@ -7,12 +7,14 @@
 //! **Invariant:** no policy sees a device; what the library's own policies use is public.
 
 mod execution;
+mod launch_scope;
 mod regeneration;
 mod roulette;
 mod tile_order;
 mod work_source;
 
 pub use execution::Execution;
+pub use launch_scope::LaunchScope;
 pub use regeneration::{BlockInPlace, NeverRegenerate, Regeneration};
 pub use roulette::{PerBlock, PerLane, Roulette, RouletteScope, Statistic};
 pub use tile_order::{DepthDecayed, DepthMax, DepthMean, MAX_KEY, Morton, OrderRule, Scanline, TileFormula, TileMeasure, TileOrder};

@@ -26,6 +26,8 @@ pub struct StepRecord {
     pub live_lanes: u32,
     /// Blocks that start a tile in it.
     pub new_blocks: u32,
+    /// Work-groups that each stage is launched with: the live blocks, or all of the current fill.
+    pub launched_blocks: u32,
 }
 
 /// Every step of a run, and every tile that was handed out, in order.

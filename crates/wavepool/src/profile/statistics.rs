@@ -109,6 +109,7 @@ impl Statistics {
             "steps": report.steps,
             "regenerations": report.regenerations,
             "block_steps": report.block_steps,
+            "group_steps": report.group_steps,
             "lane_steps": report.lane_steps,
             "submissions": report.submissions,
             "seconds": report.elapsed.as_secs_f64(),
@@ -125,6 +126,7 @@ impl Statistics {
                 "live_blocks": steps.steps.iter().map(|step| step.live_blocks).collect::<Vec<_>>(),
                 "live_lanes": steps.steps.iter().map(|step| step.live_lanes).collect::<Vec<_>>(),
                 "new_blocks": steps.steps.iter().map(|step| step.new_blocks).collect::<Vec<_>>(),
+                "launched_blocks": steps.steps.iter().map(|step| step.launched_blocks).collect::<Vec<_>>(),
                 "resolved_after": steps.resolved_after,
             });
         }

@@ -50,6 +50,8 @@ pub struct Assignment {
 pub struct Replay {
     /// Live blocks in each step.
     pub live_blocks: Vec<u32>,
+    /// Work-groups that each stage is launched with in each step: live blocks, or all of the current fill.
+    pub launched_blocks: Vec<u32>,
     /// Lanes alive at the beginning of each step.
     pub live_lanes: Vec<u32>,
     /// Tiles handed out at each regeneration, in order.
@@ -78,6 +80,11 @@ impl Replay {
     pub fn launches(&self, stages: usize) -> u64 {
         let ticks = 1 + self.steps();
         ticks + stages as u64 * self.steps() + (self.regenerations.len() + self.resolved_after.len()) as u64
+    }
+
+    /// Sum over the steps of the work-groups that each stage was launched with.
+    pub fn group_steps(&self) -> u64 {
+        self.launched_blocks.iter().map(|blocks| u64::from(*blocks)).sum()
     }
 
     /// Sum over the steps of lanes alive when the step began.
@@ -109,12 +116,13 @@ pub fn replay(schedule: &Schedule, source: &dyn WorkSource, passes: u32, pool_bl
         queue: Queue::new(schedule.order.rule(), TileGrid::of(source)),
         resolved: 0,
         step: 0,
+        filled: 0,
     };
     let mut report = Replay::default();
     if source.tiles() > 0 {
         while state.resolved < passes {
             state.tick(schedule, source, passes, lengths, &mut report);
-            state.walk(&mut report);
+            state.walk(schedule, &mut report);
         }
     }
     report
@@ -127,6 +135,8 @@ struct State<'a> {
     queue: Queue<'a>,
     resolved: u32,
     step: u32,
+    /// Blocks of the current fill.
+    filled: u32,
 }
 
 impl State<'_> {
@@ -148,6 +158,9 @@ impl State<'_> {
         }
 
         let live = self.pool.iter().flatten().count() as u32;
+        if live == 0 {
+            self.filled = 0;
+        }
         let dead = self.pool.len() as u32 - live;
         let queued = self.queue.left(passes.min(self.resolved + ring));
         if dead == 0 || queued == 0 || (live > 0 && !schedule.regeneration.regenerate(live, dead, self.step)) {
@@ -156,6 +169,8 @@ impl State<'_> {
         let assigned = queued.min(u64::from(dead)) as u32;
         report.regenerations.push(assigned);
         let tiles = self.queue.take(assigned, self.pool.iter().flatten(), self.step);
+        // The lowest dead blocks receive tiles, first those of the fill.
+        self.filled = self.filled.max(live + assigned);
         let free = self.pool.iter_mut().enumerate().filter(|(_, slot)| slot.is_none());
         for ((block, slot), (pass_index, tile)) in free.zip(tiles) {
             let mut left = [0; BLOCK as usize];
@@ -170,7 +185,7 @@ impl State<'_> {
     }
 
     /// One step of every live block.
-    fn walk(&mut self, report: &mut Replay) {
+    fn walk(&mut self, schedule: &Schedule, report: &mut Replay) {
         let live = self.pool.iter().flatten().count() as u32;
         if live == 0 {
             return;
@@ -182,6 +197,7 @@ impl State<'_> {
             block.left.iter_mut().for_each(|left| *left = left.saturating_sub(1));
         }
         report.live_blocks.push(live);
+        report.launched_blocks.push(schedule.launch.launched(live, self.filled));
         report.live_lanes.push(lanes);
     }
 }

@@ -4,18 +4,21 @@
 //! stands here once and the same sequence (stage, pin, verdict, roulette, pin) is emitted for every execution. That, and the pins, is
 //! why every execution gives the same bits.
 //!
-//! **Invariant:** the user's stages are called, never copied. **Invariant:** no work-group barrier in a wrapper.
+//! **Invariant:** the user's stages are called, never copied. **Invariant:** no work-group barrier in a
+//! wavefront's wrapper.
 
 use std::fmt::Write as _;
 
 use super::{
     Interface, LeafSet, arrays, gamble,
+    persistent::PERSISTENT,
+    regenerating::megakernel_regen,
     storage::{load, pin, poison_planes, poison_state, settle, settle_stage, store, to_word},
 };
 use crate::{
     Instruments, control,
     layout::{BLOCK, Layout, Scalar},
-    policy::{Execution, OrderRule, Regeneration, Roulette, RouletteScope, TileOrder, WorkSource},
+    policy::{Execution, LaunchScope, OrderRule, Regeneration, Roulette, RouletteScope, TileOrder, WorkSource},
     program::Gauge,
 };
 
@@ -29,6 +32,7 @@ pub(crate) struct Glue<'a> {
     pub(crate) regeneration: &'a dyn Regeneration,
     pub(crate) roulette: Option<&'a dyn Roulette>,
     pub(crate) execution: Execution,
+    pub(crate) launch: LaunchScope,
     pub(crate) pins: bool,
     pub(crate) poison: Option<u32>,
     pub(crate) instruments: &'a Instruments,
@@ -63,27 +67,25 @@ pub(crate) fn header(source: &dyn WorkSource, gauges: &[Gauge], assertions: bool
 /// The scheduler's own kernels: tick or advance, and resolve, each with its bindings.
 pub(crate) fn tick_module(glue: &Glue) -> (String, String) {
     let shader = scheduler_module;
-    let order = match (glue.order.rule(), glue.execution) {
-        (_, Execution::Megakernel) => String::new(),
-        (OrderRule::Formula(formula), _) => format!("{}{}", formula.wgsl(), shader("scheduler::order_formula")),
-        (OrderRule::Measured(measure), _) => format!("{}{}", measure.wgsl(), shader("scheduler::order_measured")),
+    let order = match glue.order.rule() {
+        _ if !glue.execution.is_wavefront() => String::new(),
+        OrderRule::Formula(formula) => format!("{}{}", formula.wgsl(), shader("scheduler::order_formula")),
+        OrderRule::Measured(measure) => format!("{}{}", measure.wgsl(), shader("scheduler::order_measured")),
     };
     let tick = format!(
         "{}@group(0) @binding(0) var<storage, read_write> wf_control: WfControl;\n\
          @group(0) @binding(1) var<storage, read_write> wf_counters: array<atomic<u32>>;\n\
          @group(0) @binding(2) var<storage, read_write> wf_arguments: array<u32>;\n\
-         @group(0) @binding(3) var<storage, read_write> wf_record: array<u32>;\n{}{}{}{}{}{}",
+         @group(0) @binding(3) var<storage, read_write> wf_record: array<u32>;\n{}{}{}{}{}{}{}",
         control::declarations(),
         glue.source.wgsl(),
         order,
         glue.regeneration.wgsl(),
         gamble::tick(glue, shader),
+        glue.launch.tick_wgsl(),
         shader("scheduler::arguments"),
-        match glue.execution {
-            Execution::Wavefront => shader("scheduler::tick"),
-            Execution::Megakernel => shader("scheduler::advance"),
-        },
-    );
+        shader(if glue.execution.is_wavefront() { "scheduler::tick" } else { "scheduler::advance" }),
+    ) + &format!("const WF_TILES_PER_GROUP: u32 = {}u;\n", glue.execution.tiles_per_group());
     let mut leaves = String::new();
     let mut film = 1;
     for (index, leaf) in glue.interface.result.iter().enumerate() {
@@ -124,21 +126,23 @@ pub(crate) fn kernels(glue: &Glue) -> String {
     pin(glue, &mut out);
     arrays::accessors(glue, &mut out);
     complete(glue, &mut out);
+    if let (OrderRule::Formula(formula), false) = (glue.order.rule(), glue.execution.is_wavefront()) {
+        out.push_str(&formula.wgsl());
+    }
     match glue.execution {
         Execution::Wavefront => {
             generate_kernel(glue, &mut out);
             (0..glue.interface.stages.len()).for_each(|index| stage_kernel(glue, index, &mut out));
         }
         Execution::Megakernel => {
-            if let OrderRule::Formula(formula) = glue.order.rule() {
-                out.push_str(&formula.wgsl());
-            }
-            if glue.is_by_block() {
-                gamble::lockstep_megakernel(glue, &mut out);
-            } else {
-                megakernel(glue, &mut out);
-            }
+            walk(glue, &mut out);
+            out.push_str(MEGAKERNEL);
         }
+        Execution::Persistent => {
+            walk(glue, &mut out);
+            out.push_str(PERSISTENT);
+        }
+        Execution::MegakernelRegen => megakernel_regen(glue, &mut out),
     }
     if glue.instruments.checked {
         let _ = writeln!(out, "const WF_STRIDE: u32 = {}u;", glue.layout.stride());
@@ -248,13 +252,11 @@ fn stage_kernel(glue: &Glue, index: usize, out: &mut String) {
         out,
         "@compute @workgroup_size({BLOCK})\n\
          fn wf_stage_{}(@builtin(workgroup_id) wf_group: vec3u, @builtin(local_invocation_index) wf_lane: u32) {{\n    \
-         let wf_slot = wf_bank_live(wf_bank_of.x) + wf_group.x + wf_group.y * WF_MAX_GROUPS;\n    \
-         if (wf_slot >= wf_bank_live(wf_bank_of.x + 1u)) {{ return; }}\n    \
-         let wf_block = wf_live_block(wf_slot);\n    \
-         let wf_base = (wf_block - wf_bank_of.y) * {}u + wf_lane;\n    \
+         {}let wf_base = (wf_block - wf_bank_of.y) * {}u + wf_lane;\n    \
          if (wf_bank[wf_base] == 0u) {{ return; }}\n    \
          {}var wf_state = {}();\n",
         stage.name,
+        glue.launch.stage_wgsl(),
         glue.layout.stride(),
         arrays::enter(glue),
         glue.interface.state
@@ -301,20 +303,29 @@ fn finish_lane(glue: &Glue, late: &LeafSet, indent: &str, out: &mut String) {
     );
 }
 
-/// Which item this invocation walks; both megakernels begin so.
-pub(super) const MEGAKERNEL_HEAD: &str = "@compute @workgroup_size(256)
+/// A tile per work-group.
+const MEGAKERNEL: &str = "@compute @workgroup_size(256)
 fn wf_megakernel(@builtin(workgroup_id) wf_group: vec3u, @builtin(local_invocation_index) wf_lane: u32) {
     let wf_slot = wf_group.x + wf_group.y * WF_MAX_GROUPS;
     if (wf_slot >= wf_control.new_blocks) { return; }
     let wf_pass_index = wf_control.next_pass;
-    let wf_tile = wf_tile_at(wf_pass_index, wf_control.next_position + wf_slot);
+    wf_walk(wf_tile_at(wf_pass_index, wf_control.next_position + wf_slot), wf_pass_index, wf_lane);
+}
+";
+
+/// Which item a lane of a tile walks.
+pub(super) const WALK_HEAD: &str = "fn wf_walk(wf_tile: u32, wf_pass_index: u32, wf_lane: u32) {
     let wf_item = wf_item_of(wf_tile, wf_pass_index, wf_lane);
     ";
 
-fn megakernel(glue: &Glue, out: &mut String) {
+/// `wf_walk`, which takes one lane of a tile from birth to its result.
+fn walk(glue: &Glue, out: &mut String) {
+    if glue.is_by_block() {
+        return gamble::lockstep_walk(glue, out);
+    }
     let _ = write!(
         out,
-        "{MEGAKERNEL_HEAD}\
+        "{WALK_HEAD}\
          if (wf_item.pixel == WF_NONE) {{ return; }}\n    \
          var wf_state = {}();\n    \
          {}(&wf_state, wf_item);\n",

@@ -16,6 +16,8 @@ mod generate;
 mod infer;
 mod inspect;
 mod link;
+mod persistent;
+mod regenerating;
 mod rules;
 mod scan;
 mod storage;
