@@ -27,7 +27,7 @@ fn workloads() -> u64 {
     match (std::env::var("WAVEPOOL_FULL").as_deref(), level()) {
         (Ok("1"), _) => 200,
         (_, None) => 80,
-        (_, Some(_)) => 20,
+        (_, Some(_)) => 5,
     }
 }
 
@@ -48,7 +48,7 @@ fn assert_predicted(report: &Report, seen: &Replay, stages: usize, name: &str) {
     assert!(report.launches == launches || report.banks > 1 && report.launches > launches, "{name}: {} of {launches}", report.launches);
 }
 
-/// For each of 25 policies 80 workloads, which is 400 per rule of regeneration (1000 with `WAVEPOOL_FULL=1`), 20 on further levels of devices.
+/// For each of 25 policies 80 workloads, which is 400 per rule of regeneration (1000 with `WAVEPOOL_FULL=1`), 5 of each on further levels of devices.
 /// Kills: a tick that asks too early or compares the other way; a block retired a step late; tiles beyond the ring; a key of a running
 /// tile that ignores its age; the last step of a submission lost by the record; a length that counts from the wrong birth.
 #[test]
