@@ -11,6 +11,7 @@ mod queue;
 
 pub use occupancy::{Occupancy, WIDTHS};
 use queue::Queue;
+use std::collections::BTreeSet;
 
 use crate::{
     Schedule,
@@ -80,6 +81,27 @@ impl Replay {
     pub fn launches(&self, stages: usize) -> u64 {
         let ticks = 1 + self.steps();
         ticks + stages as u64 * self.steps() + (self.regenerations.len() + self.resolved_after.len()) as u64
+    }
+
+    /// The same for a pool in banks of `bank_blocks`, each of which takes launches of its own; `lengths` are those that were replayed.
+    pub fn launches_in_banks(&self, stages: usize, bank_blocks: u32, lengths: &dyn WalkLengths) -> u64 {
+        let bank_blocks = bank_blocks.max(1);
+        let mut alive = vec![BTreeSet::new(); self.live_blocks.len()];
+        let mut born = BTreeSet::new();
+        let mut walks = [0; BLOCK as usize];
+        for given in &self.assignments {
+            lengths.of_tile(given.pass_index, given.tile, &mut walks);
+            let (first, bank) = (given.step as usize - 1, given.block / bank_blocks);
+            let steps = walks.iter().max().map_or(0, |longest| *longest as usize);
+            alive.iter_mut().skip(first).take(steps).for_each(|banks| _ = banks.insert(bank));
+            born.insert((given.step, bank));
+        }
+        let launched = |(step, banks): (usize, &BTreeSet<u32>)| match self.launched_blocks[step] {
+            blocks if blocks > self.live_blocks[step] => u64::from(blocks.div_ceil(bank_blocks)),
+            _ => banks.len() as u64,
+        };
+        let stage_launches: u64 = alive.iter().enumerate().map(launched).sum();
+        1 + self.steps() + stages as u64 * stage_launches + (born.len() + self.resolved_after.len()) as u64
     }
 
     /// Sum over the steps of the work-groups that each stage was launched with.
