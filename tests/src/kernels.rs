@@ -25,7 +25,7 @@ pub struct Kernel {
 }
 
 /// How the kernels are scheduled: executions, orders and regeneration.
-const SCHEDULES: [&str; 15] = [
+const SCHEDULES: [&str; 11] = [
     "never",
     "never-full",
     "block",
@@ -37,10 +37,6 @@ const SCHEDULES: [&str; 15] = [
     "megakernel",
     "megakernel,order=morton",
     "megakernel,pins=off",
-    "megakernel-regen",
-    "megakernel-regen,order=morton",
-    "persistent",
-    "persistent,order=morton",
 ];
 const PLAIN: Instruments =
     Instruments { checked: false, assertions: false, steps: false, lengths: false, times: false, markers: false, look_after: 0 };
@@ -58,10 +54,6 @@ pub fn all() -> Vec<Kernel> {
     let mut seen = HashSet::new();
     for (program_name, program) in all_programs() {
         for schedule in SCHEDULES.iter().flat_map(|schedule| ROULETTES.map(|roulette| format!("{schedule},roulette={roulette}"))) {
-            // Lanes that part ways share no draw.
-            if schedule.starts_with("megakernel-regen") && schedule.contains("roulette=block") {
-                continue;
-            }
             for (observed, instruments, poison) in SETTINGS {
                 let mut parsed: Schedule = schedule.parse().unwrap_or_else(|error| panic!("{schedule}: {error}"));
                 parsed.poison = poison.then_some(0x7fc0_0000);
@@ -169,8 +161,6 @@ mod tests {
             "wf_generate",
             "wf_stage_sample_light",
             "wf_megakernel",
-            "wf_persistent",
-            "wf_megakernel_regen",
             "wf_audit_lanes",
             "wf_audit_results",
         ] {

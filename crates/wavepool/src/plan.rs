@@ -32,15 +32,11 @@ pub enum Kernel {
     Generate,
     /// One stage of the program.
     Stage(String),
-    /// All stages in a loop, a tile per work-group.
+    /// All stages in a loop.
     Megakernel,
-    /// All stages in a loop, in work-groups that take tile after tile.
-    Persistent,
-    /// All stages in a loop, in which lanes take item after item.
-    MegakernelRegen,
     /// Decides what runs next.
     Tick,
-    /// The tick of whole walks in one kernel.
+    /// The megakernel's tick.
     Advance,
     /// Adds a finished pass to the film.
     Resolve,
@@ -71,8 +67,6 @@ impl fmt::Display for Kernel {
             Kernel::Generate => "generate",
             Kernel::Stage(name) => name,
             Kernel::Megakernel => "megakernel",
-            Kernel::Persistent => "persistent",
-            Kernel::MegakernelRegen => "megakernel_regen",
             Kernel::Tick => "tick",
             Kernel::Advance => "advance",
             Kernel::Resolve => "resolve",
@@ -108,13 +102,13 @@ impl Plan {
         let launch = |kernel, size| Launch { kernel, size };
         let resolve = launch(Kernel::Resolve, Size::FinishedTiles);
         let mut audit = Vec::new();
-        if is_checked && execution.is_wavefront() {
+        if is_checked && execution == Execution::Wavefront {
             audit.push(launch(Kernel::AuditLanes, Size::All));
         }
         if is_checked {
             audit.push(launch(Kernel::AuditResults, Size::All));
         }
-        let whole_walks = match execution {
+        match execution {
             Execution::Wavefront => {
                 let tick = launch(Kernel::Tick, Size::Groups(1));
                 let mut step = vec![launch(Kernel::Generate, Size::NewBlocks)];
@@ -124,14 +118,14 @@ impl Plan {
                 };
                 step.extend(stages.map(|stage| launch(Kernel::Stage(stage.to_owned()), size)));
                 step.extend([tick.clone(), resolve]);
-                return Plan { opening: vec![tick], step, audit };
+                Plan { opening: vec![tick], step, audit }
             }
-            Execution::Megakernel => Kernel::Megakernel,
-            Execution::Persistent => Kernel::Persistent,
-            Execution::MegakernelRegen => Kernel::MegakernelRegen,
-        };
-        let advance = launch(Kernel::Advance, Size::Groups(1));
-        Plan { opening: vec![advance.clone()], step: vec![launch(whole_walks, Size::LiveBlocks), advance, resolve], audit }
+            Execution::Megakernel => {
+                let advance = launch(Kernel::Advance, Size::Groups(1));
+                let step = vec![launch(Kernel::Megakernel, Size::LiveBlocks), advance.clone(), resolve];
+                Plan { opening: vec![advance], step, audit }
+            }
+        }
     }
 }
 

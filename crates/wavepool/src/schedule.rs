@@ -36,8 +36,7 @@ pub struct Schedule {
     pub regeneration: Arc<dyn Regeneration>,
     /// How hopeless walks end; used when the program declares `survival`.
     pub roulette: Option<Arc<dyn Roulette>>,
-    /// Blocks of 256 lanes; of the megakernel: tiles per launch; of `persistent` and
-    /// `megakernel-regen`: work-groups, with four tiles for each in a launch. `None` lets the library choose.
+    /// Blocks of 256 lanes; of the megakernel: tiles per launch. `None` lets the library choose.
     pub pool_blocks: Option<u32>,
     /// Blocks in a bank, at most; `None` fills a binding of the device.
     pub bank_blocks: Option<u32>,
@@ -89,16 +88,6 @@ impl Schedule {
     /// All stages in one kernel.
     pub fn megakernel() -> Self {
         Schedule { execution: Execution::Megakernel, ..Schedule::never() }
-    }
-
-    /// All stages in one kernel, whose work-groups stay and take tile after tile.
-    pub fn persistent() -> Self {
-        Schedule { execution: Execution::Persistent, ..Schedule::never() }
-    }
-
-    /// All stages in one kernel, whose lanes take item after item. Without roulette by block, which needs lanes that stay together.
-    pub fn megakernel_regen() -> Self {
-        Schedule { execution: Execution::MegakernelRegen, ..Schedule::never() }
     }
 
     /// Fixes the size of the pool; one that is larger than the work is cut down to it.
@@ -156,9 +145,9 @@ impl fmt::Display for Schedule {
     /// As [`FromStr`] reads it, all policies spelled out.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.execution {
+            Execution::Megakernel => f.write_str("megakernel")?,
             Execution::Wavefront if self.launch == LaunchScope::AllBlocks => write!(f, "{},launch=full", self.regeneration.spec())?,
             Execution::Wavefront => f.write_str(&self.regeneration.spec())?,
-            whole_walks => f.write_str(whole_walks.name())?,
         }
         let roulette = self.roulette.as_ref().map_or("none", |roulette| roulette.name());
         write!(f, ",order={},roulette={roulette}", self.order.name())?;
@@ -169,16 +158,15 @@ impl fmt::Display for Schedule {
     }
 }
 
-const NAMES: &str = "never, never-full, block, megakernel, megakernel-regen, persistent";
+const NAMES: &str = "never, never-full, block, megakernel";
 const KEYS: &str = "threshold, check_every, launch, order, roulette, ring, pins";
 
 impl FromStr for Schedule {
     type Err = Error;
 
-    /// `NAME[,key=value...]`; names `never`, `never-full`, `block`, `megakernel`, `megakernel-regen`, `persistent`; keys `threshold`
-    /// (0 to 15) and `check_every` (1 or more) of `block`, `launch` (`live`, `full`) of wavefronts, `order` (`scanline`, `morton`,
-    /// `depth-max`, `depth-mean`, `depth-decayed`), `roulette` (`none`, `lane`, `block-max`, `block-mean`), `ring` (1 to 64), `pins`
-    /// (`on`, `off`).
+    /// `NAME[,key=value...]`; names `never`, `never-full`, `block`, `megakernel`; keys `threshold` (0 to 15) and `check_every` (1 or
+    /// more) of `block`, `launch` (`live`, `full`) of wavefronts, `order` (`scanline`, `morton`, `depth-max`, `depth-mean`, `depth-decayed`), `roulette` (`none`,
+    /// `lane`, `block-max`, `block-mean`), `ring` (1 to 64), `pins` (`on`, `off`).
     fn from_str(text: &str) -> Result<Self> {
         let mut parts = text.split(',').map(str::trim);
         let name = parts.next().unwrap_or("");
@@ -187,8 +175,6 @@ impl FromStr for Schedule {
             "never-full" => Schedule::never_full(),
             "block" => Schedule::block(),
             "megakernel" => Schedule::megakernel(),
-            "megakernel-regen" => Schedule::megakernel_regen(),
-            "persistent" => Schedule::persistent(),
             _ => return Err(Error::Schedule(format!("unknown name `{name}`; there are: {NAMES}"))),
         };
         let (mut threshold, mut check_every) = (BlockInPlace::default().threshold(), BlockInPlace::default().check_every());
@@ -208,7 +194,7 @@ impl FromStr for Schedule {
                 ("check_every", _) => {
                     check_every = value.parse().ok().filter(|value| *value > 0).ok_or_else(|| wrong("1 or more"))?;
                 }
-                ("launch", _) if !schedule.execution.is_wavefront() => {
+                ("launch", _) if schedule.execution != Execution::Wavefront => {
                     return Err(Error::Schedule(format!("`launch` belongs to wavefronts; `{name}` launches no blocks")));
                 }
                 ("launch", "live") => schedule.launch = LaunchScope::LiveBlocks,
@@ -250,8 +236,8 @@ mod tests {
     #[test]
     fn mistakes_are_named() {
         for (text, expected) in [
-            ("blok", "unknown name `blok`; there are: never, never-full, block, megakernel, megakernel-regen, persistent"),
-            ("", "unknown name ``; there are: never, never-full, block, megakernel, megakernel-regen, persistent"),
+            ("blok", "unknown name `blok`; there are: never, never-full, block, megakernel"),
+            ("", "unknown name ``; there are: never, never-full, block, megakernel"),
             ("block,treshold=1", "unknown key `treshold`"),
             ("block,threshold=16", "threshold=16: allowed is 0 to 15"),
             ("block,threshold=nan", "threshold=nan: allowed is 0 to 15"),
@@ -283,8 +269,6 @@ mod tests {
             "never,ring=64,pins=off",
             "never-full",
             "block,launch=full",
-            "persistent,order=morton",
-            "megakernel-regen",
         ] {
             let printed = text.parse::<Schedule>().expect(text).to_string();
             assert_eq!(printed.parse::<Schedule>().expect(&printed).to_string(), printed);

@@ -13,8 +13,8 @@ use std::{
 use wavepool::{
     ImageTiles, Instruments, Report, Schedule,
     policy::{
-        BlockInPlace, DepthDecayed, DepthMax, DepthMean, LaunchScope, Morton, NeverRegenerate, PerBlock, PerLane, Roulette, RouletteScope,
-        Statistic, TileOrder,
+        BlockInPlace, DepthDecayed, DepthMax, DepthMean, LaunchScope, Morton, NeverRegenerate, PerBlock, PerLane, Roulette, Statistic,
+        TileOrder,
     },
 };
 use wavepool_tests::{
@@ -39,7 +39,7 @@ const FULL: Duration = Duration::from_secs(400);
 fn factors(levels: usize) -> [Factor; 10] {
     [
         factor("scene", SUBJECTS.len()),
-        factor("execution", 5),
+        factor("execution", 3),
         factor("order", 5),
         factor("regeneration", 2),
         factor("threshold", THRESHOLDS.len()),
@@ -51,20 +51,17 @@ fn factors(levels: usize) -> [Factor; 10] {
     ]
 }
 
-/// Executions 0 and 1 are wavefronts, over live blocks and with full launches. The others, whole walks in one kernel, measure no order,
-/// regenerate nothing and have no banks; `never` (regeneration 0) has no threshold.
+/// Execution 0 is a wavefront over live blocks, 2 one with full launches. A megakernel (execution 1) measures no order, regenerates nothing and has no banks; `never` (regeneration 0) has no threshold.
 fn is_allowed(row: &[usize]) -> bool {
-    let execution = row[1] < 2 || (row[2] < 2 && row[3] == 0 && row[7] == 2);
-    execution && (row[3] == 1 || (row[4] == 0 && row[5] == 0))
+    let megakernel = row[1] != 1 || (row[2] < 2 && row[3] == 0 && row[7] == 2);
+    megakernel && (row[3] == 1 || (row[4] == 0 && row[5] == 0))
 }
 
 fn schedule_of(row: &[usize]) -> Schedule {
     let mut schedule = match row[1] {
         0 => Schedule::block(),
-        1 => Schedule::block().with_launch(LaunchScope::AllBlocks),
-        2 => Schedule::megakernel(),
-        3 => Schedule::persistent(),
-        _ => Schedule::megakernel_regen(),
+        1 => Schedule::megakernel(),
+        _ => Schedule::block().with_launch(LaunchScope::AllBlocks),
     };
     let orders: [Arc<dyn TileOrder>; 5] =
         [Arc::new(wavepool::policy::Scanline), Arc::new(Morton), Arc::new(DepthMax), Arc::new(DepthMean), Arc::new(DepthDecayed)];
@@ -149,9 +146,7 @@ fn on_every_level(test: &str, roulettes: &[Arc<dyn Roulette>]) {
     let mut baselines = BTreeSet::new();
     for roulette in roulettes {
         let what = format!("{here}, roulette {}", roulette.name());
-        let mut factors = factors(count);
-        // The last execution shares no draw.
-        factors[1].levels -= usize::from(roulette.scope() != RouletteScope::Lane);
+        let factors = factors(count);
         let mut comparison = Comparison::new(roulette.clone());
         let rows = pairwise(&factors, is_allowed);
         rows.iter().filter(|row| row[9] == index).for_each(|row| comparison.run(row, true));
@@ -201,9 +196,9 @@ fn every_pair_of_settings_keeps_block_roulette() {
 #[test]
 fn a_megakernel_with_a_measured_order_is_refused() {
     let factors = factors(1);
-    for row in product(&factors).filter(|row| row[1] >= 2 && row[2] >= 2).step_by(997) {
+    for row in product(&factors).filter(|row| row[1] == 1 && row[2] >= 2).take(40) {
         let program = wavepool_tests::programs::collatz();
         let message = program.check(&IMAGE, &schedule_of(&row)).expect_err("refused").to_string();
-        assert!(["megakernel", "persistent"].iter().any(|name| message.contains(name)) && message.contains("depth-"), "{message}");
+        assert!(message.contains("megakernel") && message.contains("depth-"), "{message}");
     }
 }

@@ -32,7 +32,7 @@ use crate::{
     Film, GpuContext, Instruments, Program, Result, Schedule,
     layout::Layout,
     plan::Plan,
-    policy::{OrderRule, WorkSource},
+    policy::{Execution, OrderRule, WorkSource},
     profile::{Observed, Statistics},
     shader::{Fault, link},
 };
@@ -165,10 +165,10 @@ pub struct Report {
     pub launches: u64,
     /// Ticks that handed out tiles.
     pub regenerations: u32,
-    /// Sum of live blocks over the steps; where whole walks are launched: tiles.
+    /// Sum of live blocks over the steps; of the megakernel: tiles launched.
     pub block_steps: u64,
     /// Work-groups that each stage was launched with, summed over the steps. More than `block_steps` with full launches, which launch dead
-    /// blocks too; fewer where work-groups take several tiles.
+    /// blocks too; of the megakernel: as `block_steps`.
     pub group_steps: u64,
     /// Sum over the steps of lanes alive when the step began; zero for the megakernel, which does not count.
     pub lane_steps: u64,

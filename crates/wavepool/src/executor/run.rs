@@ -10,7 +10,7 @@ use std::{
 };
 
 use super::{
-    Progress, Report, Scheduler,
+    Execution, Progress, Report, Scheduler,
     buffers::Buffers,
     collect::Collector,
     kernels::scoped,
@@ -260,8 +260,8 @@ impl Run<'_> {
             } else if took > TARGET * 2 {
                 steps /= 2;
             }
-            // A step of whole walks may be as much as a watchdog allows.
-            let fewest = if self.scheduler.schedule.execution.is_wavefront() { FEWEST_STEPS } else { 1 };
+            // A step of the megakernel is many whole walks; one may be as much as a watchdog allows.
+            let fewest = if self.scheduler.schedule.execution == Execution::Megakernel { 1 } else { FEWEST_STEPS };
             steps = steps.max(if self.submissions > 2 { fewest } else { 1 });
         }
     }
@@ -451,13 +451,13 @@ impl Run<'_> {
         let Some(snapshot) = &self.latest else { return Ok(()) };
         let control = &snapshot.control;
         let audited = |slot: u32| u64::from(snapshot.counters[slot as usize]);
+        let is_mega = self.scheduler.schedule.execution == Execution::Megakernel;
         let killed = snapshot.total(counters::KILLED) + counter_64(control.items_killed) + audited(counters::AUDIT_KILLED);
         let finished = snapshot.total(counters::FINISHED);
         let alive = audited(counters::AUDIT_ALIVE);
         let resolved = u64::from(control.resolved) * u64::from(self.scheduler.source.pixels());
         let results = resolved + audited(counters::AUDIT_DONE);
-        let is_wavefront = self.scheduler.schedule.execution.is_wavefront();
-        let started = if is_wavefront { counter_64(control.items_started) } else { results };
+        let started = if is_mega { results } else { counter_64(control.items_started) };
         let wrong = |what: String| Err(Error::Conservation(format!("step {}: {what}", self.recorded)));
         match () {
             () if audited(counters::AUDIT_MISMATCH) > 0 => {
@@ -520,12 +520,12 @@ impl Run<'_> {
         }
     }
 
-    /// Without a pool whole passes are counted.
+    /// The megakernel counts whole passes.
     fn items_started(&self, control: &Control) -> u64 {
-        if self.scheduler.schedule.execution.is_wavefront() {
-            return counter_64(control.items_started);
+        match self.scheduler.schedule.execution {
+            Execution::Megakernel => u64::from(control.resolved) * u64::from(self.scheduler.source.pixels()),
+            Execution::Wavefront => counter_64(control.items_started),
         }
-        u64::from(control.resolved) * u64::from(self.scheduler.source.pixels())
     }
 
     fn report(&self, elapsed: Duration) -> Report {
@@ -535,8 +535,9 @@ impl Run<'_> {
         let Some(snapshot) = &self.latest else { return report };
         let control = &snapshot.control;
         let (steps, banked) = (u64::from(control.step), u64::from(control.bank_steps));
+        let is_mega = schedule.execution == Execution::Megakernel;
         let per_bank = plan.step.iter().filter(|launch| matches!(launch.size, Size::LiveBlocks | Size::FilledBlocks)).count() as u64;
-        let stage_launches = per_bank * if schedule.execution.is_wavefront() { banked } else { steps };
+        let stage_launches = per_bank * if is_mega { steps } else { banked };
         report.steps = steps;
         report.launches = 1 + steps + stage_launches + u64::from(control.bank_regenerations) + u64::from(control.resolved);
         report.regenerations = control.regenerations;

@@ -1,17 +1,17 @@
 //! How roulette enters the wrappers: a draw per lane at the end of a step, or a draw per block between two steps.
 //!
 //! Key decision: a block's chance is condensed by one integer atomic per lane, without a barrier; the tick draws, and the first kernel of
-//! the next step kills or reweights. Where the state is in registers the same is done in lock-step, the only walk with barriers: the work-group is
-//! the block. Both take every decision from integers, so that they agree bit for bit.
+//! the next step kills or reweights. The megakernel does the same in lock-step, the only wrapper with barriers: its work-group is the
+//! block. Both take every decision from integers, so that they agree bit for bit.
 
 use std::fmt::Write as _;
 
 use super::{
     Summary,
-    generate::{Glue, WALK_HEAD, call_stages, settle_born},
+    generate::{Glue, MEGAKERNEL_HEAD, call_stages, settle_born},
     storage::settle,
 };
-use crate::policy::{RouletteScope, Statistic};
+use crate::policy::{Execution, RouletteScope, Statistic};
 
 /// One word from four counters, apart from every stream of the program: pcg4d of Jarzynski and Olano, JCGT 9(3), 2020.
 const DRAW: &str = "fn wf_draw(counters: vec4u) -> u32 {
@@ -47,9 +47,9 @@ pub(super) fn draws(glue: &Glue, out: &mut String) {
 
 /// What the tick needs.
 pub(super) fn tick(glue: &Glue, shader: impl Fn(&str) -> &'static str) -> String {
-    match glue.roulette {
-        _ if !glue.execution.is_wavefront() => String::new(),
-        Some(roulette) if glue.is_by_block() => {
+    match (glue.roulette, glue.execution) {
+        (_, Execution::Megakernel) => String::new(),
+        (Some(roulette), _) if glue.is_by_block() => {
             let mut text = roulette.wgsl();
             draws(glue, &mut text);
             text + shader("scheduler::roulette_block")
@@ -115,15 +115,15 @@ pub(super) fn obey_block(glue: &Glue, out: &mut String, finish: impl Fn(&mut Str
     out.push_str("        wf_pin(&wf_state);\n    }\n");
 }
 
-/// Walks a tile whose lanes wait for each other after every step, because they share a draw.
-pub(super) fn lockstep_walk(glue: &Glue, out: &mut String) {
+/// The megakernel whose lanes wait for each other after every step, because they share a draw.
+pub(super) fn lockstep_megakernel(glue: &Glue, out: &mut String) {
     let _ = write!(
         out,
         "var<workgroup> wf_group_chance: atomic<u32>;\n\
          var<workgroup> wf_group_live: atomic<u32>;\n\
          // Live lanes, and the bits of what the block's draw gave.\n\
          var<workgroup> wf_group_verdict: vec2u;\n\
-         {WALK_HEAD}\
+         {MEGAKERNEL_HEAD}\
          var wf_state = {}();\n    \
          var wf_alive = wf_item.pixel != WF_NONE;\n    \
          if (wf_alive) {{\n        \

@@ -4,15 +4,12 @@
 //! stands here once and the same sequence (stage, pin, verdict, roulette, pin) is emitted for every execution. That, and the pins, is
 //! why every execution gives the same bits.
 //!
-//! **Invariant:** the user's stages are called, never copied. **Invariant:** no work-group barrier in a
-//! wavefront's wrapper.
+//! **Invariant:** the user's stages are called, never copied. **Invariant:** no work-group barrier in a wrapper.
 
 use std::fmt::Write as _;
 
 use super::{
     Interface, LeafSet, arrays, gamble,
-    persistent::PERSISTENT,
-    regenerating::megakernel_regen,
     storage::{load, pin, poison_planes, poison_state, settle, settle_stage, store, to_word},
 };
 use crate::{
@@ -67,10 +64,10 @@ pub(crate) fn header(source: &dyn WorkSource, gauges: &[Gauge], assertions: bool
 /// The scheduler's own kernels: tick or advance, and resolve, each with its bindings.
 pub(crate) fn tick_module(glue: &Glue) -> (String, String) {
     let shader = scheduler_module;
-    let order = match glue.order.rule() {
-        _ if !glue.execution.is_wavefront() => String::new(),
-        OrderRule::Formula(formula) => format!("{}{}", formula.wgsl(), shader("scheduler::order_formula")),
-        OrderRule::Measured(measure) => format!("{}{}", measure.wgsl(), shader("scheduler::order_measured")),
+    let order = match (glue.order.rule(), glue.execution) {
+        (_, Execution::Megakernel) => String::new(),
+        (OrderRule::Formula(formula), _) => format!("{}{}", formula.wgsl(), shader("scheduler::order_formula")),
+        (OrderRule::Measured(measure), _) => format!("{}{}", measure.wgsl(), shader("scheduler::order_measured")),
     };
     let tick = format!(
         "{}@group(0) @binding(0) var<storage, read_write> wf_control: WfControl;\n\
@@ -84,8 +81,11 @@ pub(crate) fn tick_module(glue: &Glue) -> (String, String) {
         gamble::tick(glue, shader),
         glue.launch.tick_wgsl(),
         shader("scheduler::arguments"),
-        shader(if glue.execution.is_wavefront() { "scheduler::tick" } else { "scheduler::advance" }),
-    ) + &format!("const WF_TILES_PER_GROUP: u32 = {}u;\n", glue.execution.tiles_per_group());
+        match glue.execution {
+            Execution::Wavefront => shader("scheduler::tick"),
+            Execution::Megakernel => shader("scheduler::advance"),
+        },
+    );
     let mut leaves = String::new();
     let mut film = 1;
     for (index, leaf) in glue.interface.result.iter().enumerate() {
@@ -126,23 +126,21 @@ pub(crate) fn kernels(glue: &Glue) -> String {
     pin(glue, &mut out);
     arrays::accessors(glue, &mut out);
     complete(glue, &mut out);
-    if let (OrderRule::Formula(formula), false) = (glue.order.rule(), glue.execution.is_wavefront()) {
-        out.push_str(&formula.wgsl());
-    }
     match glue.execution {
         Execution::Wavefront => {
             generate_kernel(glue, &mut out);
             (0..glue.interface.stages.len()).for_each(|index| stage_kernel(glue, index, &mut out));
         }
         Execution::Megakernel => {
-            walk(glue, &mut out);
-            out.push_str(MEGAKERNEL);
+            if let OrderRule::Formula(formula) = glue.order.rule() {
+                out.push_str(&formula.wgsl());
+            }
+            if glue.is_by_block() {
+                gamble::lockstep_megakernel(glue, &mut out);
+            } else {
+                megakernel(glue, &mut out);
+            }
         }
-        Execution::Persistent => {
-            walk(glue, &mut out);
-            out.push_str(PERSISTENT);
-        }
-        Execution::MegakernelRegen => megakernel_regen(glue, &mut out),
     }
     if glue.instruments.checked {
         let _ = writeln!(out, "const WF_STRIDE: u32 = {}u;", glue.layout.stride());
@@ -303,29 +301,20 @@ fn finish_lane(glue: &Glue, late: &LeafSet, indent: &str, out: &mut String) {
     );
 }
 
-/// A tile per work-group.
-const MEGAKERNEL: &str = "@compute @workgroup_size(256)
+/// Which item this invocation walks; both megakernels begin so.
+pub(super) const MEGAKERNEL_HEAD: &str = "@compute @workgroup_size(256)
 fn wf_megakernel(@builtin(workgroup_id) wf_group: vec3u, @builtin(local_invocation_index) wf_lane: u32) {
     let wf_slot = wf_group.x + wf_group.y * WF_MAX_GROUPS;
     if (wf_slot >= wf_control.new_blocks) { return; }
     let wf_pass_index = wf_control.next_pass;
-    wf_walk(wf_tile_at(wf_pass_index, wf_control.next_position + wf_slot), wf_pass_index, wf_lane);
-}
-";
-
-/// Which item a lane of a tile walks.
-pub(super) const WALK_HEAD: &str = "fn wf_walk(wf_tile: u32, wf_pass_index: u32, wf_lane: u32) {
+    let wf_tile = wf_tile_at(wf_pass_index, wf_control.next_position + wf_slot);
     let wf_item = wf_item_of(wf_tile, wf_pass_index, wf_lane);
     ";
 
-/// `wf_walk`, which takes one lane of a tile from birth to its result.
-fn walk(glue: &Glue, out: &mut String) {
-    if glue.is_by_block() {
-        return gamble::lockstep_walk(glue, out);
-    }
+fn megakernel(glue: &Glue, out: &mut String) {
     let _ = write!(
         out,
-        "{WALK_HEAD}\
+        "{MEGAKERNEL_HEAD}\
          if (wf_item.pixel == WF_NONE) {{ return; }}\n    \
          var wf_state = {}();\n    \
          {}(&wf_state, wf_item);\n",

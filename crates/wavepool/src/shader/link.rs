@@ -4,7 +4,7 @@ use super::{Composition, GENERATED, Glue, kernels, tick_module};
 use crate::{
     Error, Instruments, Program, Result, Schedule,
     layout::Layout,
-    policy::{Execution, OrderRule, Roulette, RouletteScope, WorkSource},
+    policy::{Execution, OrderRule, WorkSource},
 };
 
 /// The WGSL of a program under a schedule.
@@ -60,20 +60,12 @@ pub(crate) fn link(
     instruments: &Instruments,
     faults: &[Fault],
 ) -> Result<Linked> {
-    if !schedule.execution.is_wavefront() && matches!(schedule.order.rule(), OrderRule::Measured(_)) {
-        let (order, execution) = (schedule.order.name(), schedule.execution.name());
-        let why = format!("order `{order}` measures the steps of tiles; `{execution}` has none that could be measured");
-        return Err(Error::Schedule(why));
+    if schedule.execution == Execution::Megakernel && matches!(schedule.order.rule(), OrderRule::Measured(_)) {
+        let name = schedule.order.name();
+        return Err(Error::Schedule(format!("order `{name}` measures the steps of tiles; the megakernel has none that could be measured")));
     }
     // A program that does not say how likely a walk survives has no roulette, whatever the schedule offers.
     let roulette = schedule.roulette.as_deref().filter(|_| program.has_roulette());
-    if let (Execution::MegakernelRegen, Some(RouletteScope::Block(_))) = (schedule.execution, roulette.map(Roulette::scope)) {
-        let (roulette, execution) = (roulette.map_or("", Roulette::name), schedule.execution.name());
-        let why = "whose lanes go on to other items one by one and never walk a tile together";
-        return Err(Error::Schedule(format!(
-            "roulette `{roulette}` shares a draw among the lanes of a tile; that is not for `{execution}`, {why}"
-        )));
-    }
     let layout = program.layout(roulette.map(|roulette| roulette.scope()));
     let glue = Glue {
         interface: program.interface(),
@@ -111,36 +103,12 @@ mod tests {
 
     /// Kills: an order that is silently ignored where it means nothing.
     #[test]
-    fn whole_walks_refuse_a_measured_order() {
+    fn a_megakernel_refuses_a_measured_order() {
         let text = "struct S { a: u32 }\nfn generate(s: ptr<function, S>, item: Item) {}\n\
                     fn end(s: ptr<function, S>) -> u32 { return FINISH; }\nfn finish(s: ptr<function, S>) -> u32 { return (*s).a; }";
         let program = Program::builder("p").source("p.wgsl", text).stage("end").build().expect("a program");
-        for execution in ["megakernel", "persistent", "megakernel-regen"] {
-            let schedule: Schedule = format!("{execution},order=depth-max").parse().expect("a schedule");
-            let linked = link(&program, &LinearRange { count: 1 }, &schedule, &Instruments::default(), &[]);
-            let message = linked.expect_err("refused").to_string();
-            assert!(message.contains("depth-max") && message.contains(execution), "{message}");
-        }
-    }
-
-    /// Kills: lanes that share a draw with lanes of another tile, in silence; a refusal of a program without roulette.
-    #[test]
-    fn lanes_that_part_ways_refuse_a_shared_draw() {
-        let text = "struct S { a: u32 }\nfn generate(s: ptr<function, S>, item: Item) {}\n\
-                    fn end(s: ptr<function, S>) -> u32 { return FINISH; }\nfn finish(s: ptr<function, S>) -> u32 { return (*s).a; }";
-        let gambling =
-            "fn survival(s: ptr<function, S>) -> f32 { return 0.5; }\nfn reweight(s: ptr<function, S>, by: f32) { (*s).a += 1u; }";
-        let program = |text: String| Program::builder("p").source("p.wgsl", text).stage("end").build().expect("a program");
-        let linked = |program: &Program, schedule: &str| {
-            link(program, &LinearRange { count: 1 }, &schedule.parse().expect("a schedule"), &Instruments::default(), &[])
-        };
-        let gambler = program(format!("{text}\n{gambling}"));
-        for roulette in ["block-max", "block-mean"] {
-            let schedule = format!("megakernel-regen,roulette={roulette}");
-            let message = linked(&gambler, &schedule).expect_err("refused").to_string();
-            assert!(message.contains(roulette) && message.contains("one by one"), "{message}");
-            linked(&program(text.to_owned()), &schedule).expect("nobody draws");
-        }
-        linked(&gambler, "megakernel-regen,roulette=lane").expect("lanes draw for themselves");
+        let schedule: Schedule = "megakernel,order=depth-max".parse().expect("a schedule");
+        let message = link(&program, &LinearRange { count: 1 }, &schedule, &Instruments::default(), &[]).expect_err("refused").to_string();
+        assert!(message.contains("depth-max") && message.contains("megakernel"), "{message}");
     }
 }

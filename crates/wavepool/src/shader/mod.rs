@@ -16,8 +16,6 @@ mod generate;
 mod infer;
 mod inspect;
 mod link;
-mod persistent;
-mod regenerating;
 mod rules;
 mod scan;
 mod storage;
