@@ -1,6 +1,6 @@
 // Advances the megakernel: accounts for the tiles just launched, lets a finished pass be resolved, prepares the next launch.
 
-@compute @workgroup_size(256)
+@compute @workgroup_size(WF_TICK_LANES)
 fn wf_advance(@builtin(local_invocation_index) lane: u32) {
     wf_drain_counters(lane);
     if (lane > 0u) {

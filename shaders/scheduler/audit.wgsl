@@ -24,7 +24,7 @@ fn wf_audit_lanes(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation
             atomicAdd(&wf_counters[WF_AUDIT_MISMATCH], alive);
             return;
         }
-        if (alive != atomicLoad(&wf_counters[wf_live_counter(block)])) {
+        if (alive + WF_ALL_DEAD != atomicLoad(&wf_counters[wf_live_counter(block)])) {
             atomicAdd(&wf_counters[WF_AUDIT_MISMATCH], 1u);
         }
         atomicAdd(&wf_counters[WF_AUDIT_KILLED], atomicLoad(&wf_counters[wf_killed_counter(block)]));

@@ -3,17 +3,21 @@
 // Source: Frolov and Galaktionov, Low overhead path regeneration, 2016 (longest processing time first).
 
 const WF_KEYS: u32 = 1u << WF_KEY_BITS;
-const WF_KEYS_PER_LANE: u32 = WF_KEYS / 256u;
+const WF_KEYS_PER_LANE: u32 = WF_KEYS / WF_TICK_LANES;
 
 // Tiles per key, then the place of the next tile of that key.
 var<workgroup> wf_buckets: array<atomic<u32>, WF_KEYS>;
-var<workgroup> wf_round_keys: array<u32, 256>;
+var<workgroup> wf_round_keys: array<u32, WF_TICK_LANES>;
 // Tiles to sort, 0 when no pass ends.
 var<workgroup> wf_sort_tiles: u32;
 
 fn wf_key_of(block: u32, remembered: u32, steps: u32) -> u32 {
     let items = wf_tile_items(wf_block_tile(block));
-    return min(wf_tile_key(remembered, steps, wf_block_lane_steps(block), items), WF_KEYS - 1u);
+    var lane_steps = 0u;
+    if (WF_READS_LANE_STEPS) {
+        lane_steps = wf_block_lane_steps(block);
+    }
+    return min(wf_tile_key(remembered, steps, lane_steps, items), WF_KEYS - 1u);
 }
 
 // Steps that the block's tile has taken.
@@ -30,7 +34,9 @@ fn wf_tile_ended(block: u32) {
 }
 
 fn wf_tile_goes_on(block: u32, lanes: u32) {
-    wf_control.words[wf_block_lane_steps_word(block)] += lanes;
+    if (WF_READS_LANE_STEPS) {
+        wf_control.words[wf_block_lane_steps_word(block)] += lanes;
+    }
 }
 
 fn wf_tile_begins(block: u32, lanes: u32) {
@@ -64,15 +70,15 @@ fn wf_order_passes(lane: u32) {
 
 fn wf_sort(lane: u32, tiles: u32) {
     // Gather the keys: the estimate, or what a running tile has taken already.
-    for (var tile = lane; tile < tiles; tile += 256u) {
+    for (var tile = lane; tile < tiles; tile += WF_TICK_LANES) {
         atomicStore(&wf_counters[wf_sort_key(tile)], atomicLoad(&wf_counters[wf_estimate(tile)]) & (WF_KEYS - 1u));
     }
-    for (var key = lane; key < WF_KEYS; key += 256u) {
+    for (var key = lane; key < WF_KEYS; key += WF_TICK_LANES) {
         atomicStore(&wf_buckets[key], 0u);
     }
     storageBarrier();
     workgroupBarrier();
-    for (var block = lane; block < wf_control.pool_blocks; block += 256u) {
+    for (var block = lane; block < wf_control.pool_blocks; block += WF_TICK_LANES) {
         let tile = wf_block_tile(block);
         if (tile != WF_NONE) {
             atomicMax(&wf_counters[wf_sort_key(tile)], wf_key_of(block, 0u, wf_steps_taken(block, wf_assignment.w - 1u)));
@@ -82,7 +88,7 @@ fn wf_sort(lane: u32, tiles: u32) {
     workgroupBarrier();
 
     // Count the tiles of each key, and sum over the larger keys.
-    for (var tile = lane; tile < tiles; tile += 256u) {
+    for (var tile = lane; tile < tiles; tile += WF_TICK_LANES) {
         atomicAdd(&wf_buckets[atomicLoad(&wf_counters[wf_sort_key(tile)])], 1u);
     }
     workgroupBarrier();
@@ -99,9 +105,9 @@ fn wf_sort(lane: u32, tiles: u32) {
     }
     workgroupBarrier();
 
-    // Place the tiles, 256 at a time, equal keys in the order of their tiles.
+    // Place the tiles, as many at a time as there are invocations, equal keys in the order of their tiles.
     let order = wf_order_word(1u - wf_control.order_slot);
-    for (var round = 0u; round < tiles; round += 256u) {
+    for (var round = 0u; round < tiles; round += WF_TICK_LANES) {
         let tile = round + lane;
         var key = WF_NONE;
         if (tile < tiles) {

@@ -4,8 +4,9 @@
 // Source: Frolov and Galaktionov, Low overhead path regeneration, 2016.
 
 // What each invocation brings to a scan, then sums within segments of 16, and what each segment adds up to.
-var<workgroup> wf_scan: array<vec2u, 256>;
-var<workgroup> wf_segments: array<vec2u, 16>;
+const WF_SEGMENTS: u32 = WF_TICK_LANES / 16u;
+var<workgroup> wf_scan: array<vec2u, WF_TICK_LANES>;
+var<workgroup> wf_segments: array<vec2u, WF_SEGMENTS>;
 // Tiles retired in this tick, per slot of the result ring.
 var<workgroup> wf_retired: array<atomic<u32>, WF_MAX_RING>;
 var<workgroup> wf_live_lanes: atomic<u32>;
@@ -19,10 +20,10 @@ var<workgroup> wf_filled: u32;
 // Where each bank's blocks begin in the lists of live (x) and of new (y) blocks; the entry after the last bank is the end.
 var<workgroup> wf_bank_starts: array<vec2u, WF_MAX_BANKS + 1u>;
 
-@compute @workgroup_size(256)
+@compute @workgroup_size(WF_TICK_LANES)
 fn wf_tick(@builtin(local_invocation_index) lane: u32) {
     let blocks = wf_control.pool_blocks;
-    let run = (blocks + 255u) / 256u;
+    let run = (blocks + WF_TICK_LANES - 1u) / WF_TICK_LANES;
     let first = min(lane * run, blocks);
     let end = min(first + run, blocks);
     if (lane < WF_MAX_RING) {
@@ -36,31 +37,35 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
     wf_drain_counters(lane);
     workgroupBarrier();
 
-    // Retire blocks that died, count the others.
-    var count = vec2u(0u);
+    // Count the live blocks, and retire those whose last lane has died. Few do in any one tick, so that is a loop of its own: lanes that
+    // run in lock-step pay for the work of each.
+    var live = 0u;
     var live_lanes = 0u;
-    for (var block = first; block < end; block++) {
-        if (wf_block_tile(block) != WF_NONE) {
-            let lanes = atomicLoad(&wf_counters[wf_live_counter(block)]);
-            if (lanes > 0u) {
-                count.x += 1u;
+    for (var chunk = first; chunk < end; chunk += 32u) {
+        let chunk_blocks = min(end - chunk, 32u);
+        var died = 0u;
+        for (var i = 0u; i < chunk_blocks; i++) {
+            let block = chunk + i;
+            let count = wf_live_count(block);
+            let lanes = max(count, WF_ALL_DEAD) - WF_ALL_DEAD;
+            let goes_on = lanes > 0u;
+            died |= select(0u, 1u << i, count != WF_NO_TILE && !goes_on);
+            if (goes_on) {
+                live += 1u;
                 live_lanes += lanes;
                 wf_tile_goes_on(block, lanes);
                 wf_gamble(block, lanes);
-                continue;
             }
-            wf_tile_ended(block);
-            atomicAdd(&wf_retired[wf_block_pass(block) % wf_control.ring], 1u);
-            atomicAdd(&wf_killed_lanes, atomicLoad(&wf_counters[wf_killed_counter(block)]));
-            wf_set_block_tile(block, WF_NONE);
         }
-        count.y += 1u;
+        while (died != 0u) {
+            wf_retire(chunk + firstTrailingBit(died));
+            died &= died - 1u;
+        }
     }
-
     atomicAdd(&wf_live_lanes, live_lanes);
-    let before = wf_sums_before(lane, count);
+    let before = wf_sums_before(lane, vec2u(live, end - first - live));
     if (lane == 0u) {
-        wf_decide(wf_segments_before(16u));
+        wf_decide(wf_segments_before(WF_SEGMENTS));
     }
     workgroupBarrier();
     wf_order_passes(lane);
@@ -69,38 +74,43 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
     let assignment = wf_assignment;
     var dead = before.y;
     var listed = before.x + min(before.y, assignment.x);
-    var bank = (first + wf_control.bank_blocks - 1u) / wf_control.bank_blocks;
-    var bank_first = bank * wf_control.bank_blocks;
     for (var block = first; block < end; block++) {
-        if (block == bank_first) {
-            wf_bank_starts[bank] = vec2u(listed, min(dead, assignment.x));
-            bank += 1u;
-            bank_first += wf_control.bank_blocks;
+        let is_dead = wf_live_count(block) == WF_NO_TILE;
+        let is_new = is_dead && dead < assignment.x;
+        if (is_new) {
+            wf_set_new_block(dead, block);
         }
-        if (wf_block_tile(block) == WF_NONE) {
-            let rank = dead;
-            dead += 1u;
-            if (rank >= assignment.x) {
-                continue;
-            }
-            let place = assignment.z + rank;
-            let tile = wf_queued_tile(place);
-            let lanes = wf_tile_items(tile);
-            wf_assign(block, tile, assignment.y + place / wf_control.tiles, assignment.w);
-            wf_tile_begins(block, lanes);
-            wf_gamble_begins(block);
-            atomicStore(&wf_counters[wf_live_counter(block)], lanes);
-            atomicStore(&wf_counters[wf_killed_counter(block)], 0u);
-            wf_set_new_block(rank, block);
-            wf_record_assignment(rank, block, tile);
-            atomicAdd(&wf_new_lanes, lanes);
+        if (is_new || !is_dead) {
+            wf_set_live_block(listed, block);
+            listed += 1u;
         }
-        wf_set_live_block(listed, block);
-        listed += 1u;
+        dead += select(0u, 1u, is_dead);
+    }
+    storageBarrier();
+    workgroupBarrier();
+
+    // Hand out the tiles.
+    var new_lanes = 0u;
+    for (var rank = lane; rank < assignment.x; rank += WF_TICK_LANES) {
+        let block = wf_new_block(rank);
+        let place = assignment.z + rank;
+        let tile = wf_queued_tile(place);
+        let lanes = wf_tile_items(tile);
+        wf_assign(block, tile, assignment.y + place / wf_control.tiles, assignment.w);
+        wf_tile_begins(block, lanes);
+        wf_gamble_begins(block);
+        atomicStore(&wf_counters[wf_live_counter(block)], lanes + WF_ALL_DEAD);
+        atomicStore(&wf_counters[wf_killed_counter(block)], 0u);
+        wf_record_assignment(rank, block, tile);
+        new_lanes += lanes;
+    }
+    atomicAdd(&wf_new_lanes, new_lanes);
+    for (var bank = lane; bank < wf_control.banks; bank += WF_TICK_LANES) {
+        wf_bank_starts[bank] = vec2u(wf_first_live(bank * wf_control.bank_blocks), wf_first_new(bank * wf_control.bank_blocks));
     }
     workgroupBarrier();
-    if (lane <= wf_control.banks) {
-        wf_launch_bank(lane);
+    for (var bank = lane; bank <= wf_control.banks; bank += WF_TICK_LANES) {
+        wf_launch_bank(bank);
     }
     if (lane == 0u) {
         let new_lanes = atomicLoad(&wf_new_lanes);
@@ -114,6 +124,49 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
         wf_count_bank_launches();
         wf_record_step(lanes);
     }
+}
+
+// What the block's counter says: WF_NO_TILE, or WF_ALL_DEAD and one more for every lane that lives.
+fn wf_live_count(block: u32) -> u32 {
+    return atomicLoad(&wf_counters[wf_live_counter(block)]);
+}
+
+// Takes the tile from a block whose lanes are all dead.
+fn wf_retire(block: u32) {
+    wf_tile_ended(block);
+    atomicAdd(&wf_retired[wf_block_pass(block) % wf_control.ring], 1u);
+    atomicAdd(&wf_killed_lanes, atomicLoad(&wf_counters[wf_killed_counter(block)]));
+    wf_set_block_tile(block, WF_NONE);
+    atomicStore(&wf_counters[wf_live_counter(block)], WF_NO_TILE);
+}
+
+// Places of the first entries of the lists, which are in block order, that are not before `block`.
+fn wf_first_live(block: u32) -> u32 {
+    var low = 0u;
+    var high = select(wf_control.live_blocks, 0u, block == 0u);
+    while (low < high) {
+        let middle = (low + high) / 2u;
+        if (wf_live_block(middle) < block) {
+            low = middle + 1u;
+        } else {
+            high = middle;
+        }
+    }
+    return low;
+}
+
+fn wf_first_new(block: u32) -> u32 {
+    var low = 0u;
+    var high = select(wf_control.new_blocks, 0u, block == 0u);
+    while (low < high) {
+        let middle = (low + high) / 2u;
+        if (wf_new_block(middle) < block) {
+            low = middle + 1u;
+        } else {
+            high = middle;
+        }
+    }
+    return low;
 }
 
 // Says where the blocks of a bank stand in the two lists, and how many work-groups they are.
@@ -177,7 +230,7 @@ fn wf_record_assignment(rank: u32, block: u32, tile: u32) {
 fn wf_sums_before(lane: u32, value: vec2u) -> vec2u {
     wf_scan[lane] = value;
     workgroupBarrier();
-    if (lane < 16u) {
+    if (lane < WF_SEGMENTS) {
         var sum = vec2u(0u);
         for (var i = 16u * lane; i < 16u * lane + 16u; i++) {
             let next = sum + wf_scan[i];

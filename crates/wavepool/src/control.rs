@@ -8,6 +8,8 @@ use crate::layout::BLOCK;
 pub(crate) const MAX_RING: u32 = 64;
 /// Banks that a pool may have, at most: 8 GiB of state at 128 MiB each.
 pub(crate) const MAX_BANKS: u32 = 64;
+/// Invocations of the tick: at least [`MAX_RING`] and [`counters::BLOCKS`], a divisor of the keys of a measured order.
+pub(crate) const TICK_LANES: u32 = 256;
 /// Work-groups per dimension that every device accepts.
 pub(crate) const MAX_GROUPS: u32 = 65_535;
 /// What a stage returns to end its walk.
@@ -66,6 +68,9 @@ pub(crate) mod counters {
     pub(crate) const MOST_NAMED: u32 = BLOCKS - NAMED;
     /// Per block: live lanes, lanes killed by roulette, their chances condensed for block roulette.
     pub(crate) const BLOCKS: u32 = 64;
+    /// What the first of these says of a block without a tile, and of one whose lanes are all dead; each live lane adds one.
+    pub(crate) const NO_TILE: u32 = 0;
+    pub(crate) const ALL_DEAD: u32 = 1;
     /// Words per block.
     pub(crate) const PER_BLOCK: u32 = 3;
 }
@@ -232,6 +237,8 @@ pub(crate) fn declarations() -> String {
         ("WF_OUT_OF_RANGE", counters::OUT_OF_RANGE),
         ("WF_BLOCK_COUNTERS", counters::BLOCKS),
         ("WF_COUNTERS_PER_BLOCK", counters::PER_BLOCK),
+        ("WF_NO_TILE", counters::NO_TILE),
+        ("WF_ALL_DEAD", counters::ALL_DEAD),
     ];
     let constants: String = constants.iter().map(|(name, value)| format!("const {name}: u32 = {value:#x}u;\n")).collect();
     let mut sections = String::new();

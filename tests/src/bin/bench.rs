@@ -148,7 +148,7 @@ fn pins(gpu: &GpuContext, is_quick: bool) -> Result<(), Failure> {
 /// 1 - T(same launches recorded, bookkeeping stripped) / T.
 fn share(gpu: &GpuContext, is_quick: bool) -> Result<(), Failure> {
     println!("\nscheduling share (1 - stripped / full, ratio of medians, 95 % interval over pairs)");
-    let (side, blocks, rounds) = if is_quick { (512, 256, 3) } else { (1024, 1024, 5) };
+    let (side, blocks, rounds) = if is_quick { (512, 256, 3) } else { (1024, 1024, 15) };
     let scene = scene::builtin("cornell-box").ok_or("the scene is built in")?;
     for schedule in ["block", "block,order=depth-max"] {
         let mut settings = Settings::new(side, side, 1);

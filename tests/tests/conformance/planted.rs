@@ -35,8 +35,8 @@ const FAULTS: [(&str, Fault, &str); 9] = [
         "items begun, but",
     ),
     ("a lane that ends and walks on", fault("stages", "        wf_bank[wf_base] = 0u;\n", ""), "count other lanes than are alive"),
-    ("a walk dropped with its block", fault("tick", "if (lanes > 0u) {", "if (lanes > 1u) {"), "items begun, but"),
-    ("stragglers killed", fault("tick", "if (lanes > 0u) {", "if (lanes >= 64u) {"), "items begun, but"),
+    ("a walk dropped with its block", fault("tick", "let goes_on = lanes > 0u;", "let goes_on = lanes > 1u;"), "items begun, but"),
+    ("stragglers killed", fault("tick", "let goes_on = lanes > 0u;", "let goes_on = lanes >= 64u;"), "items begun, but"),
     (
         "a result left out",
         fault("stages", "wf_results[place] = wf_pass_index + 1u;", "if (wf_lane != 5u) { wf_results[place] = wf_pass_index + 1u; }"),
@@ -51,8 +51,8 @@ const FAULTS: [(&str, Fault, &str); 9] = [
         "a live counter off by one",
         fault(
             "tick",
-            "atomicStore(&wf_counters[wf_live_counter(block)], lanes);",
-            "atomicStore(&wf_counters[wf_live_counter(block)], lanes + 1u);",
+            "atomicStore(&wf_counters[wf_live_counter(block)], lanes + WF_ALL_DEAD);",
+            "atomicStore(&wf_counters[wf_live_counter(block)], lanes + WF_ALL_DEAD + 1u);",
         ),
         "count other lanes than are alive",
     ),

@@ -30,6 +30,7 @@ pub use stripped::SchedulingCost;
 use crate::Error;
 use crate::{
     Film, GpuContext, Instruments, Program, Result, Schedule,
+    control::TICK_LANES,
     layout::Layout,
     plan::Plan,
     policy::{Execution, OrderRule, WorkSource},
@@ -116,7 +117,7 @@ impl SchedulerBuilder<'_> {
         let SchedulerBuilder { program, source, mut schedule, resources, instruments, cache, faults } = self;
         // A program that does not say how likely a walk survives has no roulette, whatever the schedule offers.
         schedule.roulette = schedule.roulette.filter(|_| program.has_roulette());
-        let linked = link(program, source.as_ref(), &schedule, &instruments, &faults)?;
+        let linked = link(program, source.as_ref(), &schedule, &instruments, tick_lanes(device), &faults)?;
         let plan = Plan::new(schedule.execution, schedule.launch, program.stages(), instruments.checked);
         let kernels = Kernels::new(device, program, &plan, &linked, &resources, &cache)?;
         Ok(Scheduler {
@@ -258,7 +259,7 @@ impl Scheduler {
     pub fn reload(&mut self, program: &Program) -> Result<()> {
         let mut schedule = self.schedule.clone();
         schedule.roulette = schedule.roulette.filter(|_| program.has_roulette());
-        let linked = link(program, self.source.as_ref(), &schedule, &self.instruments, &self.faults)?;
+        let linked = link(program, self.source.as_ref(), &schedule, &self.instruments, tick_lanes(&self.device), &self.faults)?;
         let plan = Plan::new(schedule.execution, schedule.launch, program.stages(), self.instruments.checked);
         let kernels = Kernels::new(&self.device, program, &plan, &linked, &self.resources, &self.cache)?;
         self.program = program.clone();
@@ -332,4 +333,9 @@ impl Scheduler {
 /// from state that stays in its caches.
 fn default_pool_blocks(device: &wgpu::Device) -> u32 {
     if device.adapter_info().device_type == wgpu::DeviceType::Cpu { 128 } else { 4096 }
+}
+
+/// Invocations of the tick: a CPU runs them a few at a time, and again from one barrier to the next.
+fn tick_lanes(device: &wgpu::Device) -> u32 {
+    if device.adapter_info().device_type == wgpu::DeviceType::Cpu { TICK_LANES / 2 } else { TICK_LANES }
 }

@@ -49,6 +49,12 @@ pub trait TileFormula: Debug + Send + Sync {
 /// nothing remembered; such a tile counts with the larger of that and its remembered key. The first pass has no keys and follows the
 /// numbers of the tiles.
 pub trait TileMeasure: Debug + Send + Sync {
+    /// False when the key never depends on `lane_steps`, which is then 0 on both faces: summing it costs a read and a write per block and
+    /// tick.
+    fn reads_lane_steps(&self) -> bool {
+        true
+    }
+
     /// WGSL that declares `fn wf_tile_key(remembered: u32, steps: u32, lane_steps: u32, items: u32) -> u32`: the key that the tile had
     /// when it began, 0 when it had none; steps of the tile; sum of its live lanes over them (and, while it runs, over the coming step);
     /// its items.
@@ -146,6 +152,10 @@ impl TileOrder for DepthMax {
 }
 
 impl TileMeasure for DepthMax {
+    fn reads_lane_steps(&self) -> bool {
+        false
+    }
+
     fn wgsl(&self) -> String {
         "fn wf_tile_key(remembered: u32, steps: u32, lane_steps: u32, items: u32) -> u32 { return steps; }\n".into()
     }
@@ -195,6 +205,10 @@ impl TileOrder for DepthDecayed {
 }
 
 impl TileMeasure for DepthDecayed {
+    fn reads_lane_steps(&self) -> bool {
+        false
+    }
+
     fn wgsl(&self) -> String {
         format!(
             "fn wf_tile_key(remembered: u32, steps: u32, lane_steps: u32, items: u32) -> u32 {{\n    \

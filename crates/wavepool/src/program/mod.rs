@@ -11,6 +11,7 @@ pub(crate) use gauge::Gauge;
 
 use crate::{
     Instruments, Result, Schedule,
+    control::TICK_LANES,
     error::Error,
     layout::{Layout, Storage, cells, lay_out},
     policy::{ImageTiles, RouletteScope, WorkSource},
@@ -161,7 +162,7 @@ impl Program {
         schedule: &Schedule,
         instruments: &Instruments,
     ) -> Result<[(&'static str, String); 3]> {
-        let linked = link(self, source, schedule, instruments, &[])?;
+        let linked = link(self, source, schedule, instruments, TICK_LANES, &[])?;
         Ok([("stages", linked.stages.text), ("tick", linked.tick), ("resolve", linked.resolve)])
     }
 
@@ -180,7 +181,7 @@ impl Program {
     /// # Ok::<(), wavepool::Error>(())
     /// ```
     pub fn check(&self, source: &dyn WorkSource, schedule: &Schedule) -> Result<Layout> {
-        let linked = link(self, source, schedule, &Instruments::default(), &[])?;
+        let linked = link(self, source, schedule, &Instruments::default(), TICK_LANES, &[])?;
         linked.check_scheduler_kernels()?;
         Ok(linked.layout)
     }

@@ -37,7 +37,10 @@ impl<'a> Queue<'a> {
     fn key(&self, remembered: u32, block: &Block, step: u32) -> u32 {
         match self.rule {
             OrderRule::Formula(_) => 0,
-            OrderRule::Measured(measure) => measure.key(remembered, step + 1 - block.birth, block.lane_steps, block.items).min(MAX_KEY),
+            OrderRule::Measured(measure) => {
+                let lane_steps = if measure.reads_lane_steps() { block.lane_steps } else { 0 };
+                measure.key(remembered, step + 1 - block.birth, lane_steps, block.items).min(MAX_KEY)
+            }
         }
     }
 

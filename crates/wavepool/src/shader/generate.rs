@@ -33,6 +33,8 @@ pub(crate) struct Glue<'a> {
     pub(crate) pins: bool,
     pub(crate) poison: Option<u32>,
     pub(crate) instruments: &'a Instruments,
+    /// Invocations of the tick.
+    pub(crate) tick_lanes: u32,
 }
 
 impl Glue<'_> {
@@ -67,13 +69,17 @@ pub(crate) fn tick_module(glue: &Glue) -> (String, String) {
     let order = match (glue.order.rule(), glue.execution) {
         (_, Execution::Megakernel) => String::new(),
         (OrderRule::Formula(formula), _) => format!("{}{}", formula.wgsl(), shader("scheduler::order_formula")),
-        (OrderRule::Measured(measure), _) => format!("{}{}", measure.wgsl(), shader("scheduler::order_measured")),
+        (OrderRule::Measured(measure), _) => {
+            let reads = measure.reads_lane_steps();
+            format!("const WF_READS_LANE_STEPS: bool = {reads};\n{}{}", measure.wgsl(), shader("scheduler::order_measured"))
+        }
     };
     let tick = format!(
-        "{}@group(0) @binding(0) var<storage, read_write> wf_control: WfControl;\n\
+        "const WF_TICK_LANES: u32 = {}u;\n{}@group(0) @binding(0) var<storage, read_write> wf_control: WfControl;\n\
          @group(0) @binding(1) var<storage, read_write> wf_counters: array<atomic<u32>>;\n\
          @group(0) @binding(2) var<storage, read_write> wf_arguments: array<u32>;\n\
          @group(0) @binding(3) var<storage, read_write> wf_record: array<u32>;\n{}{}{}{}{}{}{}",
+        glue.tick_lanes,
         control::declarations(),
         glue.source.wgsl(),
         order,

@@ -52,12 +52,13 @@ impl Linked {
     }
 }
 
-/// Generates the kernels of `program` and validates those that contain the user's text.
+/// Generates the kernels of `program`, with so many invocations in the tick, and validates those that contain the user's text.
 pub(crate) fn link(
     program: &Program,
     source: &dyn WorkSource,
     schedule: &Schedule,
     instruments: &Instruments,
+    tick_lanes: u32,
     faults: &[Fault],
 ) -> Result<Linked> {
     if schedule.execution == Execution::Megakernel && matches!(schedule.order.rule(), OrderRule::Measured(_)) {
@@ -80,6 +81,7 @@ pub(crate) fn link(
         pins: schedule.pins,
         poison: schedule.poison,
         instruments,
+        tick_lanes,
     };
     let mut stages = program.compose(source, instruments.has_assertions())?;
     let generated = kernels(&glue);
@@ -99,7 +101,7 @@ pub(crate) fn link(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::policy::LinearRange;
+    use crate::{control::TICK_LANES, policy::LinearRange};
 
     /// Kills: an order that is silently ignored where it means nothing.
     #[test]
@@ -108,7 +110,7 @@ mod tests {
                     fn end(s: ptr<function, S>) -> u32 { return FINISH; }\nfn finish(s: ptr<function, S>) -> u32 { return (*s).a; }";
         let program = Program::builder("p").source("p.wgsl", text).stage("end").build().expect("a program");
         let schedule: Schedule = "megakernel,order=depth-max".parse().expect("a schedule");
-        let message = link(&program, &LinearRange { count: 1 }, &schedule, &Instruments::default(), &[]).expect_err("refused").to_string();
+        let message = link(&program, &LinearRange { count: 1 }, &schedule, &Instruments::default(), TICK_LANES, &[]).expect_err("refused").to_string();
         assert!(message.contains("depth-max") && message.contains("megakernel"), "{message}");
     }
 }
