@@ -17,8 +17,6 @@ var<workgroup> wf_new_lanes: atomic<u32>;
 var<workgroup> wf_assignment: vec4u;
 // Blocks of the current fill, dead or alive: the largest number that lived at once since the pool was empty.
 var<workgroup> wf_filled: u32;
-// Where each bank's blocks begin in the lists of live (x) and of new (y) blocks; the entry after the last bank is the end.
-var<workgroup> wf_bank_starts: array<vec2u, WF_MAX_BANKS + 1u>;
 
 @compute @workgroup_size(WF_TICK_LANES)
 fn wf_tick(@builtin(local_invocation_index) lane: u32) {
@@ -138,63 +136,6 @@ fn wf_retire(block: u32) {
     atomicAdd(&wf_killed_lanes, atomicLoad(&wf_counters[wf_killed_counter(block)]));
     wf_set_block_tile(block, WF_NONE);
     atomicStore(&wf_counters[wf_live_counter(block)], WF_NO_TILE);
-}
-
-// Places of the first entries of the lists, which are in block order, that are not before `block`.
-fn wf_first_live(block: u32) -> u32 {
-    var low = 0u;
-    var high = select(wf_control.live_blocks, 0u, block == 0u);
-    while (low < high) {
-        let middle = (low + high) / 2u;
-        if (wf_live_block(middle) < block) {
-            low = middle + 1u;
-        } else {
-            high = middle;
-        }
-    }
-    return low;
-}
-
-fn wf_first_new(block: u32) -> u32 {
-    var low = 0u;
-    var high = select(wf_control.new_blocks, 0u, block == 0u);
-    while (low < high) {
-        let middle = (low + high) / 2u;
-        if (wf_new_block(middle) < block) {
-            low = middle + 1u;
-        } else {
-            high = middle;
-        }
-    }
-    return low;
-}
-
-// Says where the blocks of a bank stand in the two lists, and how many work-groups they are.
-fn wf_launch_bank(bank: u32) {
-    let start = wf_bank_starts[bank];
-    wf_control.words[WF_BANK_LIVE + bank] = start.x;
-    wf_control.words[WF_BANK_NEW + bank] = start.y;
-    if (bank < wf_control.banks) {
-        let end = wf_bank_starts[bank + 1u];
-        let arguments = WF_BANK_ARGUMENTS + WF_ARGUMENTS_PER_BANK * bank;
-        wf_write_arguments(arguments + WF_GENERATE_ARGUMENTS, end.y - start.y);
-        wf_write_arguments(arguments + WF_STAGE_ARGUMENTS, wf_launched_of_bank(bank));
-    }
-}
-
-// Work-groups of a stage for the blocks of a bank.
-fn wf_launched_of_bank(bank: u32) -> u32 {
-    let live = wf_bank_starts[bank + 1u].x - wf_bank_starts[bank].x;
-    let first = bank * wf_control.bank_blocks;
-    return wf_launched(live, min(max(wf_filled, first) - first, wf_control.bank_blocks));
-}
-
-// Launches of a bank without blocks have no groups and do not count.
-fn wf_count_bank_launches() {
-    for (var bank = 0u; bank < wf_control.banks; bank++) {
-        wf_control.bank_steps += min(wf_launched_of_bank(bank), 1u);
-        wf_control.bank_regenerations += min(wf_bank_starts[bank + 1u].y - wf_bank_starts[bank].y, 1u);
-    }
 }
 
 // Writes down what this tick has decided, for those who want to compare it with something.

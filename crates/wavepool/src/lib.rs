@@ -41,7 +41,7 @@ pub use gpu::{AdapterFacts, GpuContext, GpuOptions, adapters};
 pub use instruments::Instruments;
 pub use policy::{ImageTiles, LinearRange};
 pub use program::{Program, ProgramBuilder};
-pub use schedule::Schedule;
+pub use schedule::{SCHEDULE_KEYS, SCHEDULES, Schedule};
 pub use shader::Constant;
 
 pub use {bytemuck, naga, wgpu};

@@ -8,8 +8,8 @@ use crate::{
     Error, Result,
     control::MAX_RING,
     policy::{
-        BlockInPlace, DepthDecayed, DepthMax, DepthMean, Execution, LaunchScope, Morton, NeverRegenerate, PerBlock, PerLane, Regeneration,
-        Roulette, Scanline, Statistic, TileOrder,
+        BlockInPlace, Choice, Execution, LAUNCHES, LaunchScope, NeverRegenerate, ORDERS, PerLane, ROULETTES, Regeneration, Roulette,
+        Scanline, TileOrder,
     },
 };
 
@@ -158,29 +158,59 @@ impl fmt::Display for Schedule {
     }
 }
 
-const NAMES: &str = "never, never-full, block, megakernel";
-const KEYS: &str = "threshold, check_every, launch, order, roulette, ring, pins";
+/// The schedules that have a name of their own.
+pub const SCHEDULES: &[Choice<Schedule>] = &[
+    Choice {
+        name: "block",
+        about: "block-in-place regeneration: a block of 256 lanes takes the next tile when all its lanes are dead (Frolov and Galaktionov 2016); the default",
+        make: Schedule::block,
+    },
+    Choice {
+        name: "never",
+        about: "no regeneration, live blocks alone are launched: the next tiles begin when all walks have ended",
+        make: Schedule::never,
+    },
+    Choice {
+        name: "never-full",
+        about: "no regeneration, every launch covers dead blocks too: the baseline of the paper",
+        make: Schedule::never_full,
+    },
+    Choice {
+        name: "megakernel",
+        about: "all stages in one kernel that loops, state in registers (Parker et al. 2010 built theirs so)",
+        make: Schedule::megakernel,
+    },
+];
+
+/// Keys that can follow a name, with what they take and what they do.
+pub const SCHEDULE_KEYS: &[(&str, &str, &str)] = &[
+    ("threshold", "0 to 15", "of block: dead blocks wait until there are more than so many for each live one; 0.5 unless said"),
+    ("check_every", "1 or more", "of block: steps between two looks at that; 2 unless said"),
+    ("launch", "live, full", "of wavefronts: which blocks the stages are launched over"),
+    ("order", "a tile order", "in which order tiles leave the queue"),
+    ("roulette", "a roulette", "how hopeless walks end"),
+    ("ring", "1 to 64", "passes in flight, at most; 1 lets no pass begin before the one before it is complete"),
+    ("pins", "on, off", "keep drivers from rewriting algebra across stages; off trades equal bits for a little time"),
+];
+
+fn keys() -> String {
+    SCHEDULE_KEYS.iter().map(|(key, ..)| *key).collect::<Vec<_>>().join(", ")
+}
 
 impl FromStr for Schedule {
     type Err = Error;
 
-    /// `NAME[,key=value...]`; names `never`, `never-full`, `block`, `megakernel`; keys `threshold` (0 to 15) and `check_every` (1 or
-    /// more) of `block`, `launch` (`live`, `full`) of wavefronts, `order` (`scanline`, `morton`, `depth-max`, `depth-mean`, `depth-decayed`), `roulette` (`none`,
-    /// `lane`, `block-max`, `block-mean`), `ring` (1 to 64), `pins` (`on`, `off`).
+    /// `NAME[,key=value...]`: a name of [`SCHEDULES`], keys of [`SCHEDULE_KEYS`], values of [`ORDERS`], [`ROULETTES`] and [`LAUNCHES`] where
+    /// these are asked for.
     fn from_str(text: &str) -> Result<Self> {
         let mut parts = text.split(',').map(str::trim);
         let name = parts.next().unwrap_or("");
-        let mut schedule = match name {
-            "never" => Schedule::never(),
-            "never-full" => Schedule::never_full(),
-            "block" => Schedule::block(),
-            "megakernel" => Schedule::megakernel(),
-            _ => return Err(Error::Schedule(format!("unknown name `{name}`; there are: {NAMES}"))),
-        };
+        let mut schedule = Choice::find(SCHEDULES, name)
+            .ok_or_else(|| Error::Schedule(format!("unknown name `{name}`; there are: {}", Choice::names(SCHEDULES))))?;
         let (mut threshold, mut check_every) = (BlockInPlace::default().threshold(), BlockInPlace::default().check_every());
         for part in parts {
             let Some((key, value)) = part.split_once('=').map(|(key, value)| (key.trim(), value.trim())) else {
-                return Err(Error::Schedule(format!("`{part}` is not key=value; keys are: {KEYS}")));
+                return Err(Error::Schedule(format!("`{part}` is not key=value; keys are: {}", keys())));
             };
             let wrong = |allowed: &str| Error::Schedule(format!("{key}={value}: allowed is {allowed}"));
             match (key, value) {
@@ -197,20 +227,9 @@ impl FromStr for Schedule {
                 ("launch", _) if schedule.execution != Execution::Wavefront => {
                     return Err(Error::Schedule(format!("`launch` belongs to wavefronts; `{name}` launches no blocks")));
                 }
-                ("launch", "live") => schedule.launch = LaunchScope::LiveBlocks,
-                ("launch", "full") => schedule.launch = LaunchScope::AllBlocks,
-                ("launch", _) => return Err(wrong("live, full")),
-                ("order", "scanline") => schedule.order = Arc::new(Scanline),
-                ("order", "morton") => schedule.order = Arc::new(Morton),
-                ("order", "depth-max") => schedule.order = Arc::new(DepthMax),
-                ("order", "depth-mean") => schedule.order = Arc::new(DepthMean),
-                ("order", "depth-decayed") => schedule.order = Arc::new(DepthDecayed),
-                ("order", _) => return Err(wrong("scanline, morton, depth-max, depth-mean, depth-decayed")),
-                ("roulette", "lane") => schedule.roulette = Some(Arc::new(PerLane)),
-                ("roulette", "none") => schedule.roulette = None,
-                ("roulette", "block-max") => schedule.roulette = Some(Arc::new(PerBlock(Statistic::Max))),
-                ("roulette", "block-mean") => schedule.roulette = Some(Arc::new(PerBlock(Statistic::Mean))),
-                ("roulette", _) => return Err(wrong("none, lane, block-max, block-mean")),
+                ("launch", _) => schedule.launch = Choice::find(LAUNCHES, value).ok_or_else(|| wrong(&Choice::names(LAUNCHES)))?,
+                ("order", _) => schedule.order = Choice::find(ORDERS, value).ok_or_else(|| wrong(&Choice::names(ORDERS)))?,
+                ("roulette", _) => schedule.roulette = Choice::find(ROULETTES, value).ok_or_else(|| wrong(&Choice::names(ROULETTES)))?,
                 ("ring", _) => {
                     let passes = value.parse().ok().filter(|passes| (1..=MAX_RING).contains(passes));
                     schedule.ring = Some(passes.ok_or_else(|| wrong(&format!("1 to {MAX_RING}")))?);
@@ -218,7 +237,7 @@ impl FromStr for Schedule {
                 ("pins", "on") => schedule.pins = true,
                 ("pins", "off") => schedule.pins = false,
                 ("pins", _) => return Err(wrong("on, off")),
-                _ => return Err(Error::Schedule(format!("unknown key `{key}`; keys are: {KEYS}"))),
+                _ => return Err(Error::Schedule(format!("unknown key `{key}`; keys are: {}", keys()))),
             }
         }
         if name == "block" {
@@ -236,8 +255,8 @@ mod tests {
     #[test]
     fn mistakes_are_named() {
         for (text, expected) in [
-            ("blok", "unknown name `blok`; there are: never, never-full, block, megakernel"),
-            ("", "unknown name ``; there are: never, never-full, block, megakernel"),
+            ("blok", "unknown name `blok`; there are: block, never, never-full, megakernel"),
+            ("", "unknown name ``; there are: block, never, never-full, megakernel"),
             ("block,treshold=1", "unknown key `treshold`"),
             ("block,threshold=16", "threshold=16: allowed is 0 to 15"),
             ("block,threshold=nan", "threshold=nan: allowed is 0 to 15"),

@@ -6,6 +6,11 @@ use std::{
     process::{Command, Output},
 };
 
+use path_tracer::wavepool::{
+    SCHEDULE_KEYS, SCHEDULES, Schedule,
+    policy::{LAUNCHES, ORDERS, ROULETTES},
+};
+
 fn path_tracer(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_path-tracer")).args(arguments).output().expect("the binary runs")
 }
@@ -35,7 +40,7 @@ fn wrong_usage_is_exit_code_2() {
     refuses(&["render", "cornell-box", "--size", "0x64"], 2, &["--size 0x64"]);
     refuses(&["render", "cornell-box", "--size", "64"], 2, &["--size 64", "WIDTHxHEIGHT"]);
     refuses(&["render", "cornell-box", "--size", "99999x1"], 2, &["--size 99999x1"]);
-    refuses(&["render", "cornell-box", "--schedule", "blok"], 2, &["blok", "never, never-full, block, megakernel"]);
+    refuses(&["render", "cornell-box", "--schedule", "blok"], 2, &["blok", "block, never, never-full, megakernel"]);
     refuses(&["render", "cornell-box", "--schedule", "block,threshold=99"], 2, &["threshold=99"]);
     refuses(&["render", "cornell-box", "--samples", "0"], 2, &["--samples 0"]);
     refuses(&["render", "cornell-box", "--pool-blocks", "0"], 2, &["--pool-blocks 0"]);
@@ -93,8 +98,30 @@ fn a_scene_is_explained_without_a_device() {
     for part in ["trace, gather_emission, sample_light, trace_shadow, next_bounce", "bytes per lane", "beta.x", "schedule: block"] {
         assert!(stdout.contains(part), "`{part}` is not in: {stdout}");
     }
-    for command in ["render", "explain", "scenes", "adapters", "schedule"] {
+    for command in ["render", "explain", "scenes", "adapters", "schedule", "schedules"] {
         assert!(path_tracer(&[command, "--help"]).status.success(), "{command} --help");
+    }
+}
+
+/// Kills: a policy that the list forgets, a listed one that the parser does not know, a list that is not printed.
+#[test]
+fn schedules_are_listed_and_can_be_typed_in() {
+    let stdout = String::from_utf8_lossy(&path_tracer(&["schedules"]).stdout).into_owned();
+    let specs = |key: &str, names: Vec<&'static str>| names.into_iter().map(|name| (name, format!("{key}{name}"))).collect::<Vec<_>>();
+    let mut listed = specs("", SCHEDULES.iter().map(|choice| choice.name).collect());
+    listed.extend(specs("block,order=", ORDERS.iter().map(|choice| choice.name).collect()));
+    listed.extend(specs("block,roulette=", ROULETTES.iter().map(|choice| choice.name).collect()));
+    listed.extend(specs("block,launch=", LAUNCHES.iter().map(|choice| choice.name).collect()));
+    for (name, spec) in listed {
+        assert!(stdout.lines().any(|line| line.trim_start().starts_with(name)), "{name} is not in: {stdout}");
+        let printed = spec.parse::<Schedule>().expect(&spec).to_string();
+        assert_eq!(printed.parse::<Schedule>().expect(&printed).to_string(), printed);
+        assert!(name == "never-full" || printed.contains(name) || name == "live", "{spec}: {printed}");
+    }
+    for (key, ..) in SCHEDULE_KEYS {
+        assert!(stdout.contains(&format!("  {key}=")), "{key} is not in: {stdout}");
+        let message = format!("block,{key}=no-such-value").parse::<Schedule>().expect_err(key).to_string();
+        assert!(message.contains(&format!("{key}=no-such-value: allowed is ")), "{message}");
     }
 }
 

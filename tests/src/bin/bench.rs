@@ -7,10 +7,11 @@ use std::{ops::ControlFlow, time::Instant};
 
 use path_tracer::{Renderer, Settings, scene};
 use wavepool::{
-    GpuContext, ImageTiles, Instruments, LinearRange, Program, Schedule, Scheduler, layout::Layout, policy::WorkSource, replay::replay,
+    GpuContext, ImageTiles, Instruments, LinearRange, Program, Schedule, Scheduler, layout::Layout, policy::WorkSource, profile::Event,
+    replay::replay,
 };
 use wavepool_lab::{
-    interval::{bootstrap, median},
+    interval::median,
     pairs::{compare, ratio},
 };
 use wavepool_tests::programs;
@@ -35,38 +36,48 @@ fn commit() -> String {
 }
 
 fn core(gpu: &GpuContext, is_quick: bool) -> Result<(), Failure> {
-    tick(gpu)?;
+    tick(gpu, is_quick)?;
     wrappers(gpu, is_quick)?;
     pins(gpu, is_quick)?;
     share(gpu, is_quick)
 }
 
-/// The tick alone, over a pool whose blocks all live.
-fn tick(gpu: &GpuContext) -> Result<(), Failure> {
-    println!("tick (median over the steps of a run, device timestamps)");
-    for (blocks, order) in [(128, "scanline"), (1024, "scanline"), (4096, "scanline"), (4096, "depth-max")] {
-        let schedule: Schedule = format!("block,order={order}").parse()?;
-        let schedule = schedule.with_pool_blocks(blocks);
-        let instruments = Instruments { times: true, ..Instruments::default() };
-        let source = LinearRange { count: blocks * 256 * 2 };
-        let program = programs::collatz();
-        let builder = Scheduler::builder(&program, source).schedule(&schedule).instruments(instruments);
-        let mut scheduler = builder.build_on(gpu)?;
-        scheduler.run(1)?;
-        let (_, report) = scheduler.run(2)?;
-        let Some(times) = &report.observed.times else {
-            println!("  this device has no timestamps");
-            return Ok(());
-        };
-        let live = report.steps;
-        let ticks: Vec<f64> = times
-            .events
-            .iter()
-            .filter(|event| event.kernel == "tick" && (1..live).contains(&event.step))
-            .map(|event| event.duration_ns as f64 / 1e3)
-            .collect();
-        let spread = bootstrap(&ticks, median);
-        println!("  {blocks:5} blocks, {order:10} {:7.1} us [{:.1}, {:.1}], {} ticks", spread.value, spread.low, spread.high, ticks.len());
+/// The tick alone, over a pool whose blocks all live at first. The cases take turns, and the fastest round counts beside the slowest: the
+/// speed of a shared machine wanders by more than the cases differ.
+fn tick(gpu: &GpuContext, is_quick: bool) -> Result<(), Failure> {
+    let rounds = if is_quick { 2 } else { 7 };
+    println!("tick (medians over the steps of a run, device timestamps; fastest, median and slowest of {rounds} rounds)");
+    let cases = [(128, "scanline"), (1024, "scanline"), (4096, "scanline"), (4096, "depth-max")];
+    let mut medians = vec![Vec::new(); cases.len()];
+    let mut launch = Vec::new();
+    for _ in 0..rounds {
+        for ((blocks, order), medians) in cases.into_iter().zip(&mut medians) {
+            let schedule: Schedule = format!("block,order={order}").parse()?;
+            let schedule = schedule.with_pool_blocks(blocks);
+            let instruments = Instruments { times: true, ..Instruments::default() };
+            let source = LinearRange { count: blocks * 256 * 2 };
+            let program = programs::collatz();
+            let builder = Scheduler::builder(&program, source).schedule(&schedule).instruments(instruments);
+            let mut scheduler = builder.build_on(gpu)?;
+            scheduler.run(1)?;
+            let (_, report) = scheduler.run(2)?;
+            let Some(times) = &report.observed.times else {
+                println!("  this device has no timestamps");
+                return Ok(());
+            };
+            let is_tick = |event: &&Event| event.kernel == "tick" && (1..report.steps).contains(&event.step);
+            let ticks: Vec<f64> = times.events.iter().filter(is_tick).map(|event| event.duration_ns as f64 / 1e3).collect();
+            medians.push(median(&ticks));
+            launch.extend(scheduler.statistics(&report)?.launch_ns.map(|[_, direct]| direct as f64 / 1e3));
+        }
+    }
+    let spread = |values: &[f64]| {
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        format!("{low:6.1}, {:6.1}, {:6.1} us", median(values), values.iter().copied().fold(0.0, f64::max))
+    };
+    println!("  a launch of one work-group that does nothing: {}", spread(&launch));
+    for ((blocks, order), medians) in cases.iter().zip(&medians) {
+        println!("  {blocks:5} blocks, {order:10} {}", spread(medians));
     }
     Ok(())
 }
@@ -148,9 +159,9 @@ fn pins(gpu: &GpuContext, is_quick: bool) -> Result<(), Failure> {
 /// 1 - T(same launches recorded, bookkeeping stripped) / T.
 fn share(gpu: &GpuContext, is_quick: bool) -> Result<(), Failure> {
     println!("\nscheduling share (1 - stripped / full, ratio of medians, 95 % interval over pairs)");
-    let (side, blocks, rounds) = if is_quick { (512, 256, 3) } else { (1024, 1024, 15) };
     let scene = scene::builtin("cornell-box").ok_or("the scene is built in")?;
-    for schedule in ["block", "block,order=depth-max"] {
+    for (schedule, rounds) in [("block", 15), ("block,order=depth-max", 31)] {
+        let (side, blocks, rounds) = if is_quick { (512, 256, 3) } else { (1024, 1024, rounds) };
         let mut settings = Settings::new(side, side, 1);
         settings.schedule = schedule.parse::<Schedule>()?.with_pool_blocks(blocks);
         let mut renderer = Renderer::new(gpu, &scene, &settings)?;

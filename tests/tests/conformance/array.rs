@@ -12,10 +12,7 @@ use std::{
 
 use wavepool::{
     ImageTiles, Instruments, Report, Schedule,
-    policy::{
-        BlockInPlace, DepthDecayed, DepthMax, DepthMean, LaunchScope, Morton, NeverRegenerate, PerBlock, PerLane, Roulette, Statistic,
-        TileOrder,
-    },
+    policy::{BlockInPlace, LaunchScope, NeverRegenerate, ORDERS, OrderRule, PerBlock, PerLane, Roulette, Statistic},
 };
 use wavepool_tests::{
     covering::{Factor, factor, pairwise, product},
@@ -32,15 +29,15 @@ const CHECK_EVERY: [u32; 3] = [1, 2, 3];
 const POOLS: [u32; 4] = [1, 5, 12, 40];
 const BANKS: [Option<u32>; 3] = [Some(1), Some(2), None];
 const SUBMISSIONS: [Option<u32>; 3] = [Some(1), Some(7), None];
-/// A full product stops after this long on a level: with four levels within half an hour.
-const FULL: Duration = Duration::from_secs(400);
+/// A full product stops after this long on a level: with four levels within half an hour, two arrays at a time.
+const FULL: Duration = Duration::from_secs(300);
 
 /// The settings; of devices there are as many levels as are found here.
 fn factors(levels: usize) -> [Factor; 10] {
     [
         factor("scene", SUBJECTS.len()),
         factor("execution", 3),
-        factor("order", 5),
+        factor("order", ORDERS.len()),
         factor("regeneration", 2),
         factor("threshold", THRESHOLDS.len()),
         factor("check_every", CHECK_EVERY.len()),
@@ -53,7 +50,8 @@ fn factors(levels: usize) -> [Factor; 10] {
 
 /// Execution 0 is a wavefront over live blocks, 2 one with full launches. A megakernel (execution 1) measures no order, regenerates nothing and has no banks; `never` (regeneration 0) has no threshold.
 fn is_allowed(row: &[usize]) -> bool {
-    let megakernel = row[1] != 1 || (row[2] < 2 && row[3] == 0 && row[7] == 2);
+    let is_formula = |order: usize| matches!((ORDERS[order].make)().rule(), OrderRule::Formula(_));
+    let megakernel = row[1] != 1 || (is_formula(row[2]) && row[3] == 0 && row[7] == 2);
     megakernel && (row[3] == 1 || (row[4] == 0 && row[5] == 0))
 }
 
@@ -63,9 +61,7 @@ fn schedule_of(row: &[usize]) -> Schedule {
         1 => Schedule::megakernel(),
         _ => Schedule::block().with_launch(LaunchScope::AllBlocks),
     };
-    let orders: [Arc<dyn TileOrder>; 5] =
-        [Arc::new(wavepool::policy::Scanline), Arc::new(Morton), Arc::new(DepthMax), Arc::new(DepthMean), Arc::new(DepthDecayed)];
-    schedule.order = orders[row[2]].clone();
+    schedule.order = (ORDERS[row[2]].make)();
     schedule = match row[3] {
         0 => schedule.with_regeneration(NeverRegenerate),
         _ => schedule.with_regeneration(BlockInPlace::new(THRESHOLDS[row[4]], CHECK_EVERY[row[5]])),

@@ -3,6 +3,9 @@
 //! Key decision: the host never decides anything about the work; it can be driven step by step by a debugger or left alone for thousands of
 //! steps, and the device does the same.
 
+mod audit;
+mod outcome;
+
 use std::{
     collections::VecDeque,
     ops::ControlFlow,
@@ -15,13 +18,12 @@ use super::{
     collect::Collector,
     kernels::scoped,
     readback::{self, Pending, Snapshot},
-    sizes::{RECORD_STEPS, Sizes},
+    sizes::RECORD_STEPS,
 };
 use crate::{
     Error, Film, Result,
-    control::{Control, arguments, counter_64, counters},
+    control::{Control, arguments, counters},
     plan::{Kernel, Launch, Size},
-    profile::Lengths,
 };
 
 /// Submissions queued before the host waits.
@@ -418,155 +420,5 @@ impl Run<'_> {
     pub(super) fn receive_all(&mut self) -> Result<()> {
         while self.receive()? {}
         Ok(())
-    }
-
-    /// One step in two submissions, with an audit between the stages and the tick.
-    fn checked_step(&mut self) -> Result<()> {
-        if self.is_done() {
-            return Ok(());
-        }
-        let opening = self.opening.clone();
-        let steps = self.steps.clone();
-        let audit = self.audit.clone();
-        let tick = steps.iter().position(|dispatch| matches!(dispatch.launch.kernel, Kernel::Tick | Kernel::Advance)).unwrap_or(0);
-        let step = self.recorded + 1;
-        let part = |run: &mut Self, list: &[&Dispatch]| -> Result<()> {
-            let launched: Vec<Launched> = list.iter().map(|_| Launched { dispatch: 0, step }).collect();
-            let submission = run.encode(list, &launched, true)?;
-            run.is_open = true;
-            run.after_submission(submission, Vec::new(), true);
-            run.receive_all()
-        };
-        if !self.is_open {
-            part(self, &opening.iter().collect::<Vec<_>>())?;
-        }
-        part(self, &steps[..tick].iter().chain(&audit).collect::<Vec<_>>())?;
-        self.recorded = step;
-        self.verify()?;
-        part(self, &steps[tick..].iter().collect::<Vec<_>>())
-    }
-
-    /// Items begun are those ended by the program, those ended by roulette and those in flight; results are there for the first two.
-    fn verify(&self) -> Result<()> {
-        let Some(snapshot) = &self.latest else { return Ok(()) };
-        let control = &snapshot.control;
-        let audited = |slot: u32| u64::from(snapshot.counters[slot as usize]);
-        let is_mega = self.scheduler.schedule.execution == Execution::Megakernel;
-        let killed = snapshot.total(counters::KILLED) + counter_64(control.items_killed) + audited(counters::AUDIT_KILLED);
-        let finished = snapshot.total(counters::FINISHED);
-        let alive = audited(counters::AUDIT_ALIVE);
-        let resolved = u64::from(control.resolved) * u64::from(self.scheduler.source.pixels());
-        let results = resolved + audited(counters::AUDIT_DONE);
-        let started = if is_mega { results } else { counter_64(control.items_started) };
-        let wrong = |what: String| Err(Error::Conservation(format!("step {}: {what}", self.recorded)));
-        match () {
-            () if audited(counters::AUDIT_MISMATCH) > 0 => {
-                wrong(format!("{} blocks count other lanes than are alive", audited(counters::AUDIT_MISMATCH)))
-            }
-            () if started != finished + killed + alive => {
-                wrong(format!("{started} items begun, but {finished} finished, {killed} killed and {alive} in flight"))
-            }
-            () if results != finished + killed => wrong(format!("{finished} items finished, {killed} killed, but {results} results")),
-            () => Ok(()),
-        }
-    }
-
-    /// The film of what is resolved, and what was done.
-    ///
-    /// # Errors
-    /// [`Error::DeviceLost`], [`Error::Timeout`], [`Error::Conservation`].
-    pub fn finish(mut self) -> Result<(Film, Report)> {
-        self.receive_all()?;
-        let elapsed = self.begun.elapsed();
-        let film = self.read_film()?;
-        let mut report = self.report(elapsed);
-        report.observed = std::mem::take(&mut self.collector).finish();
-        let Run { scheduler, buffers, head, .. } = self;
-        if scheduler.instruments.lengths {
-            let sizes = &buffers.sizes;
-            let (from, count) = (sizes.length_place(), u64::from(report.passes) * sizes.places());
-            let (device, queue, results) = (&scheduler.device, &scheduler.queue, &buffers.results);
-            let words = readback::read_through(&buffers.reader, device, queue, results, from, count, "reading the lengths")?;
-            report.observed.lengths = Some(Lengths::new(head.tiles, words));
-        }
-        scheduler.buffers = Some(buffers);
-        Ok((film, report))
-    }
-
-    fn read_film(&self) -> Result<Film> {
-        let Some(snapshot) = &self.latest else {
-            let (leaves, pixels) = (&self.scheduler.program.interface().result, self.scheduler.source.pixels() as usize);
-            return Ok(Film::gather(leaves, pixels, 0, &[], |_| None, 0));
-        };
-        let missing = snapshot.total(counters::MISSING);
-        if missing > 0 {
-            return Err(Error::Conservation(format!("{missing} items left no result")));
-        }
-        self.gather_film(snapshot.control.resolved)
-    }
-
-    /// What the device has of the film, `resolved` samples per pixel.
-    pub(super) fn gather_film(&self, resolved: u32) -> Result<Film> {
-        let Scheduler { device, queue, program, source, .. } = &*self.scheduler;
-        let (leaves, pixels) = (&program.interface().result, source.pixels() as usize);
-        let film = &self.buffers.film;
-        let words = readback::read_through(&self.buffers.reader, device, queue, film, 0, film.size() / 4, "reading the film")?;
-        let pixel_of = |place: usize| source.pixel((place / 256) as u32, (place % 256) as u32);
-        let not_finite = self.latest.as_ref().map_or(0, |snapshot| snapshot.total(counters::NOT_FINITE));
-        let film = Film::gather(leaves, pixels, self.buffers.sizes.places() as usize, &words, pixel_of, not_finite);
-        match film.samples().iter().position(|samples| *samples != resolved) {
-            Some(pixel) => Err(Error::Conservation(format!("pixel {pixel} has {} samples, not {resolved}", film.samples()[pixel]))),
-            None => Ok(film),
-        }
-    }
-
-    /// The megakernel counts whole passes.
-    fn items_started(&self, control: &Control) -> u64 {
-        match self.scheduler.schedule.execution {
-            Execution::Megakernel => u64::from(control.resolved) * u64::from(self.scheduler.source.pixels()),
-            Execution::Wavefront => counter_64(control.items_started),
-        }
-    }
-
-    fn report(&self, elapsed: Duration) -> Report {
-        let Scheduler { plan, schedule, program, .. } = &*self.scheduler;
-        let sizes: &Sizes = &self.buffers.sizes;
-        let mut report = Report { schedule: schedule.to_string(), ..Report::default() };
-        let Some(snapshot) = &self.latest else { return report };
-        let control = &snapshot.control;
-        let (steps, banked) = (u64::from(control.step), u64::from(control.bank_steps));
-        let is_mega = schedule.execution == Execution::Megakernel;
-        let per_bank = plan.step.iter().filter(|launch| matches!(launch.size, Size::LiveBlocks | Size::FilledBlocks)).count() as u64;
-        let stage_launches = per_bank * if is_mega { steps } else { banked };
-        report.steps = steps;
-        report.launches = 1 + steps + stage_launches + u64::from(control.bank_regenerations) + u64::from(control.resolved);
-        report.regenerations = control.regenerations;
-        report.block_steps = counter_64(control.block_steps);
-        report.group_steps = counter_64(control.group_steps);
-        report.lane_steps = counter_64(control.lane_steps);
-        report.items_started = self.items_started(control);
-        report.items_killed = counter_64(control.items_killed) + snapshot.total(counters::KILLED);
-        report.not_finite = snapshot.total(counters::NOT_FINITE);
-        report.storage_clamped = snapshot.total(counters::STORAGE_CLAMPED);
-        report.out_of_range = snapshot.total(counters::OUT_OF_RANGE);
-        report.passes = control.resolved;
-        report.pool_blocks = sizes.pool_blocks;
-        report.banks = sizes.banks;
-        report.ring = sizes.ring;
-        report.state_bytes = sizes.state_bytes();
-        report.memory = self.buffers.memory();
-        report.submissions = self.submissions;
-        report.notes = self.notes.clone();
-        for (slot, (gauge, is_called)) in (counters::NAMED..).zip(program.gauges()) {
-            let entry = (gauge.name.clone(), snapshot.total(slot));
-            match (is_called, gauge.is_assertion) {
-                (false, _) => {}
-                (true, false) => report.counters.push(entry),
-                (true, true) if self.scheduler.instruments.has_assertions() => report.assertions.push(entry),
-                (true, true) => {}
-            }
-        }
-        report.elapsed = elapsed;
-        report
     }
 }

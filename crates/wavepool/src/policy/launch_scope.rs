@@ -6,6 +6,14 @@
 //!
 //! **Invariant:** both scopes walk the same lanes in the same steps; a dead block is left after one read.
 
+use super::Choice;
+
+/// The scopes, as `launch=` names them.
+pub const LAUNCHES: &[Choice<LaunchScope>] = &[
+    Choice { name: "live", about: "stages are launched over the list of live blocks", make: || LaunchScope::LiveBlocks },
+    Choice { name: "full", about: "stages are launched over all blocks, dead ones included", make: || LaunchScope::AllBlocks },
+];
+
 /// Which blocks a stage is launched over, in every step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]

@@ -6,6 +6,7 @@
 //!
 //! **Invariant:** no policy sees a device; what the library's own policies use is public.
 
+mod choice;
 mod execution;
 mod launch_scope;
 mod regeneration;
@@ -13,9 +14,12 @@ mod roulette;
 mod tile_order;
 mod work_source;
 
+pub use choice::Choice;
 pub use execution::Execution;
-pub use launch_scope::LaunchScope;
+pub use launch_scope::{LAUNCHES, LaunchScope};
 pub use regeneration::{BlockInPlace, NeverRegenerate, Regeneration};
-pub use roulette::{PerBlock, PerLane, Roulette, RouletteScope, Statistic};
-pub use tile_order::{DepthDecayed, DepthMax, DepthMean, MAX_KEY, Morton, OrderRule, Scanline, TileFormula, TileMeasure, TileOrder};
+pub use roulette::{PerBlock, PerLane, ROULETTES, Roulette, RouletteScope, Statistic};
+pub use tile_order::{
+    DepthDecayed, DepthMax, DepthMean, MAX_KEY, Morton, ORDERS, OrderRule, Scanline, TileFormula, TileMeasure, TileOrder,
+};
 pub use work_source::{ImageTiles, LinearRange, TileGrid, WorkSource};

@@ -5,7 +5,9 @@
 //! sample, step), neither by lane or launch. Source: Frolov and Galaktionov, *Low overhead path regeneration*, 2016, which kills whole
 //! blocks and gives no formula.
 
-use std::fmt::Debug;
+use std::{fmt::Debug, sync::Arc};
+
+use super::Choice;
 
 /// Who shares a draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -46,6 +48,22 @@ pub trait Roulette: Debug + Send + Sync {
     /// The same decision on the host.
     fn inverse_survival(&self, p: f32, draw: u32) -> f32;
 }
+
+/// The library's roulettes, as `roulette=` names them; they need a program that declares `survival`.
+pub const ROULETTES: &[Choice<Option<Arc<dyn Roulette>>>] = &[
+    Choice { name: "none", about: "walks end by themselves", make: || None },
+    Choice { name: "lane", about: "every lane draws for itself", make: || Some(Arc::new(PerLane)) },
+    Choice {
+        name: "block-max",
+        about: "a block draws once, with the largest chance of its lanes: no survivor weighs more than it would alone",
+        make: || Some(Arc::new(PerBlock(Statistic::Max))),
+    },
+    Choice {
+        name: "block-mean",
+        about: "a block draws once, with the mean chance of its lanes: kills more, bright lanes may grow",
+        make: || Some(Arc::new(PerBlock(Statistic::Mean))),
+    },
+];
 
 /// Every lane draws for itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -6,9 +6,9 @@
 //! known when it began, and the latest pass counts.
 //! Source: Frolov and Galaktionov, *Low overhead path regeneration*, 2016, the depth-sorted queue.
 
-use std::fmt::Debug;
+use std::{fmt::Debug, sync::Arc};
 
-use super::TileGrid;
+use super::{Choice, TileGrid};
 
 /// Largest key of a measured order; larger ones count as this.
 pub const MAX_KEY: u32 = (1 << crate::control::KEY_BITS) - 1;
@@ -21,6 +21,15 @@ pub trait TileOrder: Debug + Send + Sync {
     /// The rule itself.
     fn rule(&self) -> OrderRule<'_>;
 }
+
+/// The library's orders, as `order=` names them.
+pub const ORDERS: &[Choice<Arc<dyn TileOrder>>] = &[
+    Choice { name: "scanline", about: "as the work source numbers the tiles", make: || Arc::new(Scanline) },
+    Choice { name: "morton", about: "along a Z-shaped curve, so that tiles in flight lie close together", make: || Arc::new(Morton) },
+    Choice { name: "depth-max", about: "the tile with the longest walk of its latest pass first", make: || Arc::new(DepthMax) },
+    Choice { name: "depth-mean", about: "the tile with the longest mean walk of its latest pass first", make: || Arc::new(DepthMean) },
+    Choice { name: "depth-decayed", about: "as depth-max, averaged over passes", make: || Arc::new(DepthDecayed) },
+];
 
 /// The two kinds of order.
 #[derive(Clone, Copy, Debug)]

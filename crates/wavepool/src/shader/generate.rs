@@ -88,8 +88,8 @@ pub(crate) fn tick_module(glue: &Glue) -> (String, String) {
         glue.launch.tick_wgsl(),
         shader("scheduler::arguments"),
         match glue.execution {
-            Execution::Wavefront => shader("scheduler::tick"),
-            Execution::Megakernel => shader("scheduler::advance"),
+            Execution::Wavefront => format!("{}{}", shader("scheduler::banks"), shader("scheduler::tick")),
+            Execution::Megakernel => shader("scheduler::advance").to_owned(),
         },
     );
     let mut leaves = String::new();

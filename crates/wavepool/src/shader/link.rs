@@ -110,7 +110,9 @@ mod tests {
                     fn end(s: ptr<function, S>) -> u32 { return FINISH; }\nfn finish(s: ptr<function, S>) -> u32 { return (*s).a; }";
         let program = Program::builder("p").source("p.wgsl", text).stage("end").build().expect("a program");
         let schedule: Schedule = "megakernel,order=depth-max".parse().expect("a schedule");
-        let message = link(&program, &LinearRange { count: 1 }, &schedule, &Instruments::default(), TICK_LANES, &[]).expect_err("refused").to_string();
+        let message = link(&program, &LinearRange { count: 1 }, &schedule, &Instruments::default(), TICK_LANES, &[])
+            .expect_err("refused")
+            .to_string();
         assert!(message.contains("depth-max") && message.contains("megakernel"), "{message}");
     }
 }

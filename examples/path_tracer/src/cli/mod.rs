@@ -6,6 +6,7 @@ mod progress;
 mod render;
 mod scenes;
 mod schedule;
+mod schedules;
 
 use std::fmt;
 
@@ -31,6 +32,8 @@ enum Command {
     Explain(explain::Arguments),
     /// Draw what schedules do with a scene: blocks across, steps down, every tile in its colour.
     Schedule(schedule::Arguments),
+    /// List the schedules and their keys.
+    Schedules,
 }
 
 /// Why a command failed.
@@ -79,6 +82,7 @@ pub(crate) fn run() -> Result<(), Failure> {
         Command::Adapters(arguments) => adapters::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Schedule(arguments) => schedule::run(&arguments),
+        Command::Schedules => schedules::run(),
     }
 }
 

@@ -35,8 +35,7 @@ pub(crate) struct Arguments {
     /// Another seed, another noise.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u32,
-    /// NAME[,key=value...] with NAME never, never-full, block or megakernel; keys threshold, check_every, launch (live, full), order
-    /// (scanline, morton, depth-max, depth-mean, depth-decayed), roulette (none, lane, block-max, block-mean), ring (1 to 64), pins (on, off).
+    /// NAME[,key=value...], for example block,threshold=0.25,order=depth-max; `path-tracer schedules` lists names and keys.
     #[arg(long, value_name = "SPEC", default_value = "block")]
     pub(crate) schedule: String,
     /// Blocks of 256 lanes that are in flight at once.
