@@ -43,7 +43,7 @@ const PLAIN: Instruments =
 /// What is observed, under names for files, and whether unused leaves are poisoned.
 const SETTINGS: [(&str, Instruments, bool); 3] =
     [("", PLAIN, false), ("", PLAIN, true), (",observed", Instruments { checked: true, lengths: true, ..PLAIN }, false)];
-const ROULETTES: [&str; 4] = ["lane", "block-max", "block-mean", "none"];
+const ROULETTES: [&str; 5] = ["lane", "block-max", "block-mean", "group:32", "none"];
 
 /// All of them, without repetition: programs share the kernels of the scheduler.
 ///

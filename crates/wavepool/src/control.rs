@@ -267,9 +267,11 @@ pub(crate) fn declarations() -> String {
     )
 }
 
-/// Words of the counters buffer for a pool; a measured order keeps an estimate and a key per tile.
-pub(crate) fn counter_words(pool_blocks: u32, ordered_tiles: u32) -> u64 {
-    u64::from(counters::BLOCKS) + u64::from(counters::PER_BLOCK) * u64::from(pool_blocks) + 2 * u64::from(ordered_tiles)
+/// Words of the counters buffer for a pool; a measured order keeps an estimate and a key per tile, roulette by group `group_words` per
+/// block.
+pub(crate) fn counter_words(pool_blocks: u32, ordered_tiles: u32, group_words: u32) -> u64 {
+    let per_block = u64::from(counters::PER_BLOCK + group_words);
+    u64::from(counters::BLOCKS) + per_block * u64::from(pool_blocks) + 2 * u64::from(ordered_tiles)
 }
 
 const _: () = assert!(size_of::<Control>().is_multiple_of(16) && BLOCK == 256);

@@ -8,8 +8,8 @@ use crate::{
     Error, Result,
     control::MAX_RING,
     policy::{
-        BlockInPlace, Choice, Execution, LAUNCHES, LaunchScope, NeverRegenerate, ORDERS, PerLane, ROULETTES, Regeneration, Roulette,
-        Scanline, TileOrder,
+        BlockInPlace, Choice, Execution, LAUNCHES, LaunchScope, NeverRegenerate, ORDERS, PerGroup, PerLane, ROULETTES, Regeneration,
+        Roulette, Scanline, TileOrder,
     },
 };
 
@@ -229,7 +229,11 @@ impl FromStr for Schedule {
                 }
                 ("launch", _) => schedule.launch = Choice::find(LAUNCHES, value).ok_or_else(|| wrong(&Choice::names(LAUNCHES)))?,
                 ("order", _) => schedule.order = Choice::find(ORDERS, value).ok_or_else(|| wrong(&Choice::names(ORDERS)))?,
-                ("roulette", _) => schedule.roulette = Choice::find(ROULETTES, value).ok_or_else(|| wrong(&Choice::names(ROULETTES)))?,
+                ("roulette", _) => {
+                    let group = || PerGroup::named(value).map(|group| Some(Arc::new(group) as Arc<dyn Roulette>));
+                    let found = Choice::find(ROULETTES, value).or_else(group);
+                    schedule.roulette = found.ok_or_else(|| wrong(&Choice::names(ROULETTES)))?;
+                }
                 ("ring", _) => {
                     let passes = value.parse().ok().filter(|passes| (1..=MAX_RING).contains(passes));
                     schedule.ring = Some(passes.ok_or_else(|| wrong(&format!("1 to {MAX_RING}")))?);
@@ -262,7 +266,8 @@ mod tests {
             ("block,threshold=nan", "threshold=nan: allowed is 0 to 15"),
             ("block,check_every=0", "check_every=0: allowed is 1 or more"),
             ("never,threshold=0.5", "`threshold` belongs to `block`"),
-            ("block,roulette=warp", "roulette=warp: allowed is none, lane, block-max, block-mean"),
+            ("block,roulette=warp", "roulette=warp: allowed is none, lane, group:32, block-max, block-mean"),
+            ("block,roulette=group:48", "roulette=group:48: allowed is none, lane, group:32, block-max, block-mean"),
             ("block,order=hilbert", "order=hilbert: allowed is scanline, morton, depth-max, depth-mean, depth-decayed"),
             ("block,ring=0", "ring=0: allowed is 1 to 64"),
             ("never,ring=65", "ring=65: allowed is 1 to 64"),
@@ -288,6 +293,7 @@ mod tests {
             "never,ring=64,pins=off",
             "never-full",
             "block,launch=full",
+            "block,roulette=group:8",
         ] {
             let printed = text.parse::<Schedule>().expect(text).to_string();
             assert_eq!(printed.parse::<Schedule>().expect(&printed).to_string(), printed);

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use wavepool::{
     ImageTiles, Instruments, Report, Resources, Schedule, Scheduler,
-    policy::{PerBlock, PerLane, Statistic},
+    policy::{PerBlock, PerGroup, PerLane, Statistic},
     replay::{Replay, WalkLengths, replay},
     upload, wgpu,
 };
@@ -99,7 +99,13 @@ fn predict(name: &str, subject: &Subject) {
     let lengths_only = Instruments { lengths: true, ..Instruments::default() };
     let observed = Instruments { steps: true, lengths: true, ..Instruments::default() };
     let by_block = |statistic| Some(std::sync::Arc::new(PerBlock(statistic)) as std::sync::Arc<dyn wavepool::policy::Roulette>);
-    let roulettes = [Some(std::sync::Arc::new(PerLane) as _), by_block(Statistic::Max), by_block(Statistic::Mean)];
+    let group = PerGroup::new(32).expect("a power of two");
+    let roulettes = [
+        Some(std::sync::Arc::new(PerLane) as _),
+        by_block(Statistic::Max),
+        by_block(Statistic::Mean),
+        Some(std::sync::Arc::new(group) as _),
+    ];
     for roulette in roulettes {
         let megakernel = Schedule::megakernel().with_roulette(roulette.clone());
         let (_, report) = subject.run(IMAGE, SAMPLES, &megakernel, lengths_only);

@@ -1,16 +1,18 @@
 //! The same film from every schedule.
 
-use std::sync::Arc;
+use std::{collections::BTreeSet, sync::Arc};
 
 use wavepool::{
     Film, ImageTiles, LinearRange, Program, Report, Schedule,
-    policy::{BlockInPlace, DepthDecayed, DepthMax, DepthMean, LaunchScope, Morton, PerBlock, PerLane, Roulette, Statistic, WorkSource},
+    policy::{
+        BlockInPlace, DepthDecayed, DepthMax, DepthMean, LaunchScope, Morton, PerBlock, PerGroup, PerLane, Roulette, Statistic, WorkSource,
+    },
 };
 use wavepool_tests::{
     arrays,
     device::{gpu, run},
     memory,
-    programs::{collatz, collatz_steps, hops},
+    programs::{collatz, collatz_steps, enclosure, hops},
 };
 
 /// What must differ between the schedules of a comparison.
@@ -111,8 +113,10 @@ fn packed_states_have_the_same_bits_under_every_schedule() {
     let source = ImageTiles { width: 40, height: 56 };
     let Some(film) = compare(&memory::packed(), source, 3) else { return };
     assert_eq!(film.not_finite(), 0);
-    let block: Arc<dyn Roulette> = Arc::new(PerBlock(Statistic::Mean));
-    assert!(compare_under(&memory::packed(), source, 3, Some(block)).is_some_and(|(_, report)| report.items_killed > 0));
+    let shared: [Arc<dyn Roulette>; 2] = [Arc::new(PerBlock(Statistic::Mean)), Arc::new(PerGroup::new(32).expect("a power of two"))];
+    for roulette in shared {
+        assert!(compare_under(&memory::packed(), source, 3, Some(roulette)).is_some_and(|(_, report)| report.items_killed > 0));
+    }
     let clamped = |schedule: &Schedule| run(gpu, &memory::packed(), source, 3, schedule).1.storage_clamped;
     let counts = [Schedule::megakernel(), Schedule::never(), Schedule::block().with_pool_blocks(3).with_poison(0x7fc0_0000)];
     let counts = counts.map(|schedule| clamped(&schedule));
@@ -139,6 +143,24 @@ fn arrays_have_the_same_bits_under_every_schedule() {
             [Schedule::megakernel(), Schedule::block().with_pool_blocks(3)].map(|schedule| run(gpu, &program, source, 3, &schedule).1);
         assert_eq!(clamped[0].storage_clamped, clamped[1].storage_clamped);
     }
+}
+
+/// `hops` has several stages, `enclosure` one, which reads, clears and announces in the same kernel.
+/// Kills: a group's word cleared while it is announced into, or never; a draw keyed by the block, or by the lane; a group of the tile before
+/// in the same block; a word counted from the wrong end of the counters when the order is measured.
+#[test]
+fn groups_have_the_same_bits_under_every_schedule() {
+    let source = ImageTiles { width: 40, height: 56 };
+    let mut hashes = BTreeSet::new();
+    for lanes in [2, 32, 256] {
+        let group = || -> Option<Arc<dyn Roulette>> { Some(Arc::new(PerGroup::new(lanes).expect("a power of two"))) };
+        let Some((film, report)) = compare_under(&hops(), source, 3, group()) else { return };
+        assert!(report.items_killed > 0, "groups of {lanes}");
+        hashes.insert(film.hash());
+        let (_, report) = compare_under(&enclosure(), source, 3, group()).expect("there is a device");
+        assert_eq!(report.items_killed, report.items_started, "every walk of the enclosure is killed");
+    }
+    assert_eq!(hashes.len(), 3, "groups of other sizes draw alike");
 }
 
 /// Kills: a scheduler that starts with what the run before has left; a seed that changes nothing, or changes what it must not.

@@ -25,7 +25,7 @@ fn shared_planes_change_no_bit() {
         assert!(layout.planes() >= layout.planes_at_least());
     }
     let mut hashes = Vec::new();
-    for roulette in ["none", "lane", "block-max"] {
+    for roulette in ["none", "lane", "block-max", "group:32"] {
         let lane: Schedule = format!("block,roulette={roulette}").parse().expect("a schedule");
         let often = lane.clone().with_regeneration(BlockInPlace::new(0.1, 1)).with_pool_blocks(3);
         let film = |program, schedule: &Schedule| run(gpu, program, source, 3, schedule).0;
@@ -39,7 +39,7 @@ fn shared_planes_change_no_bit() {
         hashes.push(expected.hash());
     }
     hashes.dedup();
-    assert_eq!(hashes.len(), 3, "roulette decides nothing");
+    assert_eq!(hashes.len(), 4, "roulette decides nothing");
 }
 
 const PACKED: [Storage; 3] = [Storage::UnitVector, Storage::HalfPair, Storage::Rgb9e5];

@@ -324,6 +324,10 @@ impl Scheduler {
             stride: self.layout.stride(),
             result: &self.program.interface().result,
             is_order_measured: matches!(self.schedule.order.rule(), OrderRule::Measured(_)),
+            group_words: match self.schedule.execution {
+                Execution::Wavefront => self.schedule.roulette.as_ref().map_or(0, |roulette| roulette.scope().words_per_block()),
+                Execution::Megakernel => 0,
+            },
             binding: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
         })
     }

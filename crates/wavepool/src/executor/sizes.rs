@@ -34,6 +34,8 @@ pub(super) struct Demand<'a> {
     pub(super) result: &'a [Leaf],
     /// True when the order of the tiles is kept on the device.
     pub(super) is_order_measured: bool,
+    /// Words of counters per block for roulette by group.
+    pub(super) group_words: u32,
     /// Bytes that one binding can hold.
     pub(super) binding: u64,
 }
@@ -47,6 +49,8 @@ pub(super) struct Sizes {
     pub(super) tiles: u32,
     /// Tiles that a measured order sorts; 0 for formulas.
     pub(super) ordered_tiles: u32,
+    /// Words of counters per block for roulette by group.
+    pub(super) group_words: u32,
     pub(super) result_planes: u32,
     pub(super) film_planes: u32,
     /// Blocks in every bank but the last, which may have fewer.
@@ -129,6 +133,7 @@ impl Sizes {
             ring,
             tiles: demand.tiles,
             ordered_tiles,
+            group_words: demand.group_words,
             result_planes,
             film_planes,
             bank_blocks,
@@ -191,6 +196,7 @@ mod tests {
             stride: 20 * 256,
             result: &result,
             is_order_measured: false,
+            group_words: 0,
             binding: 128 << 20,
         };
         change(&mut demand);

@@ -178,13 +178,13 @@ pub(crate) fn lay_out(interface: &Interface, scope: Option<RouletteScope>, is_sh
     let roulette = interface.survival.as_ref().map(over).zip(interface.reweight.as_ref().map(over));
     let finish = over(&interface.finish);
     let last = interface.stages.len().saturating_sub(1);
-    let is_by_block = matches!(scope, Some(RouletteScope::Block(_)));
+    let is_shared = scope.is_some_and(RouletteScope::is_shared);
     let kernels: Vec<Summary> = interface
         .stages
         .iter()
         .enumerate()
         .map(|(index, stage)| match (scope, &roulette) {
-            (Some(RouletteScope::Block(_)), Some((survival, reweight))) => {
+            (Some(scope), Some((survival, reweight))) if scope.is_shared() => {
                 let whole = if index == last { announcing_last(&over(&stage.summary), survival) } else { over(&stage.summary) };
                 if index == 0 { reweighted_first(&whole, reweight) } else { whole }
             }
@@ -206,7 +206,7 @@ pub(crate) fn lay_out(interface: &Interface, scope: Option<RouletteScope>, is_sh
             at_finish = wanted.difference(&written.may);
         }
         late_at_exit.push(at_finish.clone());
-        if is_by_block && first_use.is_empty() {
+        if is_shared && first_use.is_empty() {
             // The first kernel may also end walks before its stage has written anything.
             at_finish = at_finish.union(&finish.reads);
         }
@@ -241,11 +241,11 @@ pub(crate) fn lay_out(interface: &Interface, scope: Option<RouletteScope>, is_sh
             None => Default::default(),
         };
         let load = first_use[index].union(&incomplete);
-        let load_killed = if is_by_block && index == 0 { finish.reads.difference(&load) } else { LeafSet::default() };
+        let load_killed = if is_shared && index == 0 { finish.reads.difference(&load) } else { LeafSet::default() };
         let load_late = late_at_exit[index].difference(&load);
         kept = kept.union(&load).union(&load_late).union(&load_killed);
         let moved = (words(&interface.cells, &load), words(&interface.cells, &store));
-        let ends = kernels[index].on_finish.is_some() || (is_by_block && index == 0);
+        let ends = kernels[index].on_finish.is_some() || (is_shared && index == 0);
         let stage = interface.stages[index].name.clone();
         traffic.push(KernelTraffic { stage, load, load_late, load_killed, store, words: moved, ends });
     }

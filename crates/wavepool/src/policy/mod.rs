@@ -18,7 +18,7 @@ pub use choice::Choice;
 pub use execution::Execution;
 pub use launch_scope::{LAUNCHES, LaunchScope};
 pub use regeneration::{BlockInPlace, NeverRegenerate, Regeneration};
-pub use roulette::{PerBlock, PerLane, ROULETTES, Roulette, RouletteScope, Statistic};
+pub use roulette::{PerBlock, PerGroup, PerLane, ROULETTES, Roulette, RouletteScope, Statistic};
 pub use tile_order::{
     DepthDecayed, DepthMax, DepthMean, MAX_KEY, Morton, ORDERS, OrderRule, Scanline, TileFormula, TileMeasure, TileOrder,
 };

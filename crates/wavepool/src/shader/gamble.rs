@@ -1,8 +1,12 @@
-//! How roulette enters the wrappers: a draw per lane at the end of a step, or a draw per block between two steps.
+//! How roulette enters the wrappers: a draw per lane at the end of a step, or a draw per block or group of lanes between two steps.
 //!
 //! Key decision: a block's chance is condensed by one integer atomic per lane, without a barrier; the tick draws, and the first kernel of
 //! the next step kills or reweights. The megakernel does the same in lock-step, the only wrapper with barriers: its work-group is the
 //! block. Both take every decision from integers, so that they agree bit for bit.
+//!
+//! Groups of lanes need no tick: each lane draws what its whole group draws. A group has three words, by the age of the tile: a step reads
+//! the chances that the one before announced, clears those for the one after the next, and announces for the next. So one kernel can do
+//! all three without a barrier, and no kernel reads a word that another lane of the same kernel writes.
 
 use std::fmt::Write as _;
 
@@ -11,7 +15,10 @@ use super::{
     generate::{Glue, MEGAKERNEL_HEAD, call_stages, settle_born},
     storage::settle,
 };
-use crate::policy::{Execution, RouletteScope, Statistic};
+use crate::{
+    layout::BLOCK,
+    policy::{Execution, OrderRule, RouletteScope, Statistic},
+};
 
 /// One word from four counters, apart from every stream of the program: pcg4d of Jarzynski and Olano, JCGT 9(3), 2020.
 const DRAW: &str = "fn wf_draw(counters: vec4u) -> u32 {
@@ -32,6 +39,23 @@ pub(super) fn draws(glue: &Glue, out: &mut String) {
             "fn wf_roulette_draw(item: Item, step: u32) -> u32 {\n    \
              return wf_draw(vec4u(item.pixel, item.sample, step, wf_control.seed ^ 0x9e3779b9u));\n}\n",
         ),
+        RouletteScope::Group(lanes) => {
+            let groups = BLOCK / lanes;
+            let _ = write!(
+                out,
+                "fn wf_group_inverse(word: u32, tile: u32, lane: u32, sample_index: u32, step: u32) -> f32 {{\n    \
+                 let draw = wf_draw(vec4u(tile * {groups}u + lane / {lanes}u, sample_index, step, wf_control.seed ^ 0x3c6ef372u));\n    \
+                 return wf_inverse_survival(bitcast<f32>(word), draw);\n}}\n"
+            );
+            if glue.execution == Execution::Wavefront {
+                let ordered = if matches!(glue.order.rule(), OrderRule::Measured(_)) { "2u * wf_control.tiles" } else { "0u" };
+                let _ = write!(
+                    out,
+                    "fn wf_group_chance(block: u32, lane: u32, age: u32) -> u32 {{\n    \
+                     return wf_estimate({ordered}) + (3u * block + age % 3u) * {groups}u + lane / {lanes}u;\n}}\n"
+                );
+            }
+        }
         RouletteScope::Block(statistic) => {
             out.push_str(
                 "fn wf_block_draw(tile: u32, sample_index: u32, step: u32) -> u32 {\n    \
@@ -102,11 +126,41 @@ pub(super) fn announce_chance(glue: &Glue, place: &str, indent: &str, out: &mut 
     };
 }
 
-/// Carries out what the tick has drawn for the block; `finish` ends the walk of the lane.
-pub(super) fn obey_block(glue: &Glue, out: &mut String, finish: impl Fn(&mut String)) {
+/// Where a lane of a wavefront announces its chance.
+pub(super) fn place_of_chance(glue: &Glue) -> String {
+    match glue.scope() {
+        Some(RouletteScope::Group(_)) => {
+            "&wf_counters[wf_group_chance(wf_block, wf_lane, wf_control.step - wf_block_birth(wf_block) + 1u)]".into()
+        }
+        _ => "&wf_counters[wf_chance_counter(wf_block)]".into(),
+    }
+}
+
+/// At birth: clears what the first step announces into.
+pub(super) fn clear_first(glue: &Glue) -> &'static str {
+    match glue.scope() {
+        Some(RouletteScope::Group(_)) => "atomicStore(&wf_counters[wf_group_chance(wf_block, wf_lane, 1u)], 0u);\n    ",
+        _ => "",
+    }
+}
+
+/// Carries out what has been drawn for the block or the group; `finish` ends the walk of the lane.
+pub(super) fn obey(glue: &Glue, out: &mut String, finish: impl Fn(&mut String)) {
+    out.push_str(match glue.scope() {
+        Some(RouletteScope::Group(_)) => {
+            "    let wf_age = wf_control.step - wf_block_birth(wf_block);\n    \
+             atomicStore(&wf_counters[wf_group_chance(wf_block, wf_lane, wf_age + 2u)], 0u);\n    \
+             var wf_inverse = 1.0;\n    \
+             if (wf_age > 0u) {\n        \
+             let wf_word = atomicLoad(&wf_counters[wf_group_chance(wf_block, wf_lane, wf_age)]);\n        \
+             let wf_sample = wf_control.first_sample + wf_block_pass(wf_block);\n        \
+             wf_inverse = wf_pin_f32(wf_group_inverse(wf_word, wf_block_tile(wf_block), wf_lane, wf_sample, wf_age - 1u));\n    \
+             }\n"
+        }
+        _ => "    let wf_inverse = bitcast<f32>(wf_block_inverse(wf_block));\n",
+    });
     out.push_str(
-        "    let wf_inverse = bitcast<f32>(wf_block_inverse(wf_block));\n    \
-         if (wf_inverse == 0.0) {\n        \
+        "    if (wf_inverse == 0.0) {\n        \
          atomicAdd(&wf_counters[wf_killed_counter(wf_block)], 1u);\n",
     );
     finish(out);
@@ -117,11 +171,15 @@ pub(super) fn obey_block(glue: &Glue, out: &mut String, finish: impl Fn(&mut Str
 
 /// The megakernel whose lanes wait for each other after every step, because they share a draw.
 pub(super) fn lockstep_megakernel(glue: &Glue, out: &mut String) {
+    let group = match glue.scope() {
+        Some(RouletteScope::Group(lanes)) => lanes,
+        _ => BLOCK,
+    };
+    let groups = BLOCK / group;
     let _ = write!(
         out,
-        "var<workgroup> wf_group_chance: atomic<u32>;\n\
+        "var<workgroup> wf_group_chances: array<atomic<u32>, {groups}>;\n\
          var<workgroup> wf_group_live: atomic<u32>;\n\
-         // Live lanes, and the bits of what the block's draw gave.\n\
          var<workgroup> wf_group_verdict: vec2u;\n\
          {MEGAKERNEL_HEAD}\
          var wf_state = {}();\n    \
@@ -131,20 +189,19 @@ pub(super) fn lockstep_megakernel(glue: &Glue, out: &mut String) {
         glue.interface.state, glue.names.generate
     );
     settle_born(glue, "        ", out);
-    out.push_str(
-        "    }\n    \
-         for (var wf_step = 0u; ; wf_step++) {\n        \
-         if (wf_lane == 0u) {\n            \
-         atomicStore(&wf_group_chance, 0u);\n            \
-         atomicStore(&wf_group_live, 0u);\n        \
-         }\n        \
+    let _ = write!(
+        out,
+        "    }}\n    \
+         for (var wf_step = 0u; ; wf_step++) {{\n        \
+         if (wf_lane < {groups}u) {{ atomicStore(&wf_group_chances[wf_lane], 0u); }}\n        \
+         if (wf_lane == 0u) {{ atomicStore(&wf_group_live, 0u); }}\n        \
          workgroupBarrier();\n        \
-         if (wf_alive) {\n            \
+         if (wf_alive) {{\n            \
          var wf_verdict = CONTINUE;\n            \
-         loop {\n",
+         loop {{\n"
     );
     call_stages(glue, "                ", out);
-    announce_chance(glue, "&wf_group_chance", "                ", out);
+    announce_chance(glue, &format!("&wf_group_chances[wf_lane / {group}u]"), "                ", out);
     out.push_str(
         "                atomicAdd(&wf_group_live, 1u);\n                \
          break;\n            \
@@ -154,31 +211,45 @@ pub(super) fn lockstep_megakernel(glue: &Glue, out: &mut String) {
          wf_alive = false;\n            \
          }\n        \
          }\n        \
-         workgroupBarrier();\n        \
-         if (wf_lane == 0u) {\n            \
-         let wf_live = atomicLoad(&wf_group_live);\n            \
-         var wf_bits = 0u;\n            \
-         if (wf_live > 0u) {\n                \
-         let wf_chance = wf_block_chance(atomicLoad(&wf_group_chance), wf_live);\n                \
-         wf_bits = bitcast<u32>(wf_inverse_survival(wf_chance, wf_block_draw(wf_tile, wf_item_sample(wf_pass_index), wf_step)));\n            \
-         }\n            \
-         wf_group_verdict = vec2u(wf_live, wf_bits);\n        \
-         }\n        \
-         let wf_decided = workgroupUniformLoad(&wf_group_verdict);\n        \
-         if (wf_decided.x == 0u) { break; }\n        \
-         let wf_inverse = bitcast<f32>(wf_decided.y);\n        \
-         if (wf_inverse == 0.0) {\n            \
-         if (wf_alive) {\n                \
-         atomicAdd(&wf_counters[WF_KILLED], 1u);\n                \
-         // A wavefront obeys the draw in the first kernel of the next step.\n                \
-         wf_complete(&wf_state, wf_tile, wf_pass_index, wf_lane, wf_step + 2u);\n            \
-         }\n            \
-         break;\n        \
-         }\n        \
-         if (wf_alive && wf_inverse != 1.0) {\n            \
-         ",
+         workgroupBarrier();\n",
     );
-    let _ = writeln!(out, "{}(&wf_state, wf_inverse);", glue.names.reweight);
+    let draw = match glue.scope() {
+        Some(RouletteScope::Group(_)) => format!(
+            "        let wf_word = atomicLoad(&wf_group_chances[wf_lane / {group}u]);\n        \
+             let wf_own = wf_pin_f32(wf_group_inverse(wf_word, wf_tile, wf_lane, wf_item_sample(wf_pass_index), wf_step));\n        \
+             if (wf_lane == 0u) {{ wf_group_verdict = vec2u(atomicLoad(&wf_group_live), 0u); }}\n        \
+             // Every lane has read its group's word when this is known.\n        \
+             let wf_decided = workgroupUniformLoad(&wf_group_verdict);\n        \
+             let wf_inverse = wf_own;\n"
+        ),
+        _ => "        // Live lanes, and the bits of what the block's draw gave.\n        \
+             if (wf_lane == 0u) {\n            \
+             let wf_live = atomicLoad(&wf_group_live);\n            \
+             var wf_bits = 0u;\n            \
+             if (wf_live > 0u) {\n                \
+             let wf_chance = wf_block_chance(atomicLoad(&wf_group_chances[0]), wf_live);\n                \
+             wf_bits = bitcast<u32>(wf_inverse_survival(wf_chance, wf_block_draw(wf_tile, wf_item_sample(wf_pass_index), wf_step)));\n            \
+             }\n            \
+             wf_group_verdict = vec2u(wf_live, wf_bits);\n        \
+             }\n        \
+             let wf_decided = workgroupUniformLoad(&wf_group_verdict);\n        \
+             let wf_inverse = bitcast<f32>(wf_decided.y);\n"
+            .to_owned(),
+    };
+    out.push_str(&draw);
+    let _ = writeln!(
+        out,
+        "        if (wf_decided.x == 0u) {{ break; }}\n        \
+         if (wf_alive && wf_inverse == 0.0) {{\n            \
+         atomicAdd(&wf_counters[WF_KILLED], 1u);\n            \
+         // A wavefront obeys the draw in the first kernel of the next step.\n            \
+         wf_complete(&wf_state, wf_tile, wf_pass_index, wf_lane, wf_step + 2u);\n            \
+         wf_alive = false;\n        \
+         }}\n        \
+         if (wf_alive && wf_inverse != 1.0) {{\n            \
+         {}(&wf_state, wf_inverse);",
+        glue.names.reweight
+    );
     settle_after(glue, &glue.interface.reweight, "            ", out);
     out.push_str("            wf_pin(&wf_state);\n        }\n    }\n}\n");
     out.push_str("fn wf_item_sample(pass_index: u32) -> u32 { return wf_control.first_sample + pass_index; }\n");

@@ -46,6 +46,11 @@ impl Glue<'_> {
     pub(super) fn is_by_block(&self) -> bool {
         matches!(self.scope(), Some(RouletteScope::Block(_)))
     }
+
+    /// True when lanes share a draw.
+    pub(super) fn is_shared(&self) -> bool {
+        self.scope().is_some_and(RouletteScope::is_shared)
+    }
 }
 
 /// Group 0 as stages see it, what the work source provides, and the program's named counters; enough to inspect a program.
@@ -141,7 +146,7 @@ pub(crate) fn kernels(glue: &Glue) -> String {
             if let OrderRule::Formula(formula) = glue.order.rule() {
                 out.push_str(&formula.wgsl());
             }
-            if glue.is_by_block() {
+            if glue.is_shared() {
                 gamble::lockstep_megakernel(glue, &mut out);
             } else {
                 megakernel(glue, &mut out);
@@ -202,11 +207,12 @@ fn generate_kernel(glue: &Glue, out: &mut String) {
          let wf_item = wf_item_of(wf_tile, wf_block_pass(wf_block), wf_lane);\n    \
          if (wf_item.pixel == WF_NONE) {{ wf_bank[wf_base] = 0u; return; }}\n    \
          wf_bank[wf_base] = 1u;\n    \
-         {}{}var wf_state = {}();\n    \
+         {}{}{}var wf_state = {}();\n    \
          {}(&wf_state, wf_item);\n",
         glue.layout.stride(),
         arrays::enter(glue),
         arrays::clear(glue),
+        gamble::clear_first(glue),
         glue.interface.state,
         glue.names.generate
     );
@@ -267,8 +273,8 @@ fn stage_kernel(glue: &Glue, index: usize, out: &mut String) {
     );
     poison_state(glue, &traffic.load, out);
     load(glue, &traffic.load, "    ", out);
-    if index == 0 && glue.is_by_block() {
-        gamble::obey_block(glue, out, |out| finish_lane(glue, &traffic.load_killed, "        ", out));
+    if index == 0 && glue.is_shared() {
+        gamble::obey(glue, out, |out| finish_lane(glue, &traffic.load_killed, "        ", out));
     }
     if stage.decides || lane_gambles {
         out.push_str("    var wf_verdict = CONTINUE;\n");
@@ -287,8 +293,8 @@ fn stage_kernel(glue: &Glue, index: usize, out: &mut String) {
         finish_lane(glue, &traffic.load_late, "        ", out);
         out.push_str("    }\n");
     }
-    if last && glue.is_by_block() {
-        gamble::announce_chance(glue, "&wf_counters[wf_chance_counter(wf_block)]", "    ", out);
+    if last && glue.is_shared() {
+        gamble::announce_chance(glue, &gamble::place_of_chance(glue), "    ", out);
     }
     store(glue, &traffic.store, out);
     out.push_str("}\n");
