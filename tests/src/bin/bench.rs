@@ -195,7 +195,7 @@ fn depth_sort(gpu: &GpuContext, is_quick: bool) -> Result<(), Failure> {
     );
     println!("| scene | passes | T, C | roulette | scanline | depth-max | depth-mean | depth-decayed | best |");
     println!("| --- | --- | --- | --- | ---: | ---: | ---: | ---: | ---: |");
-    for name in ["cornell-box", "mirror-corridor"] {
+    for name in ["cornell-box", "mirror-corridor", "corridor"] {
         let scene = scene::builtin(name).ok_or("the scene is built in")?;
         // Without roulette every walk in the corridor is as long as it may be.
         let roulettes: &[&str] = if name == "cornell-box" { &["lane", "none"] } else { &["lane"] };

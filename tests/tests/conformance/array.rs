@@ -120,10 +120,15 @@ impl Comparison {
         self.rows += 1;
     }
 
+    /// Runs that did something that no other did.
+    fn different(&self) -> usize {
+        self.seen.values().map(BTreeSet::len).sum()
+    }
+
     /// Every scene has seen schedules that do different things.
-    fn finish(self, what: &str) {
-        eprintln!("{what}: {} rows, {} scenes", self.rows, self.seen.len());
-        let runs = self.seen.values().map(BTreeSet::len).sum::<usize>();
+    fn check(&self, what: &str) {
+        let runs = self.different();
+        eprintln!("{what}: {} rows, {} scenes, {runs} different schedules", self.rows, self.seen.len());
         assert!(runs * 10 >= (self.rows + self.seen.len()) * 8, "{what}: only {runs} of {} schedules differ", self.rows);
         assert!(self.seen.values().all(|seen| seen.len() > 1), "{what}: a scene has seen one schedule only");
     }
@@ -146,27 +151,30 @@ fn on_every_level(test: &str, roulettes: &[Arc<dyn Roulette>]) {
         let mut comparison = Comparison::new(roulette.clone());
         let rows = pairwise(&factors, is_allowed);
         rows.iter().filter(|row| row[9] == index).for_each(|row| comparison.run(row, true));
+        comparison.check(&what);
         if std::env::var_os("WAVEPOOL_FULL").is_some_and(|value| value == "1") {
-            full(&factors[..9], &mut comparison, FULL / roulettes.len() as u32);
+            full(&what, &factors[..9], &mut comparison, FULL / roulettes.len() as u32);
         }
         // Scene 1 has roulette; the statistics decide differently there.
         baselines.insert(comparison.baselines[&1]);
-        comparison.finish(&what);
     }
     assert_eq!(baselines.len(), roulettes.len(), "policies of roulette that change nothing");
 }
 
-/// Rows of the product of all settings but the device, at a stride that visits every row once, until the time is over.
-fn full(factors: &[Factor], comparison: &mut Comparison, time: Duration) {
+/// Rows of the product of all settings but the device, at a stride that visits every row once, until the time is over. In the product many
+/// settings come to the same: a pool for all tiles leaves nothing to a threshold. So it must add to what the array has shown, no more.
+fn full(what: &str, factors: &[Factor], comparison: &mut Comparison, time: Duration) {
     let rows: Vec<Vec<usize>> = product(factors).filter(|row| is_allowed(row)).collect();
-    let begun = Instant::now();
+    let (begun, before) = (Instant::now(), comparison.different());
     let stride = (rows.len() / 2 + 1..).find(|stride| greatest_common_divisor(*stride, rows.len()) == 1).unwrap_or(1);
     let mut done = 0;
     while done < rows.len() && begun.elapsed() < time {
         comparison.run(&rows[done * stride % rows.len()], false);
         done += 1;
     }
-    eprintln!("full product: {done} of {} rows", rows.len());
+    let different = comparison.different();
+    eprintln!("{what}, full product: {done} of {} rows, {} more different schedules", rows.len(), different - before);
+    assert!(different > before, "{what}: {done} rows of the product, and no schedule that the array had not");
 }
 
 fn greatest_common_divisor(a: usize, b: usize) -> usize {

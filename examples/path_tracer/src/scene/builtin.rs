@@ -2,6 +2,9 @@
 //!
 //! Key decision: made by functions at run time; they are the first picture of a new user and the fixed ground of the tests.
 
+mod corridor;
+mod glass;
+
 use glam::{Mat4, Vec3, Vec4};
 
 use super::model::{Camera, Material, Projection, Scene};
@@ -11,6 +14,8 @@ use super::shapes;
 pub const BUILTIN: &[(&str, &str)] = &[
     ("cornell-box", "the Cornell box: two blocks in a room with a red and a green wall, one area light"),
     ("mirror-corridor", "a closed corridor between two mirrors: very long paths, lit by a strip on the ceiling"),
+    ("corridor", "a hall with columns, an aisle and side rooms, lit through deep windows: long diffuse paths"),
+    ("glass", "35 groups of solid glass bodies under a large lamp: long specular paths"),
 ];
 
 /// The built-in scene of that name.
@@ -18,6 +23,8 @@ pub fn builtin(name: &str) -> Option<Scene> {
     match name {
         "cornell-box" => Some(cornell_box()),
         "mirror-corridor" => Some(mirror_corridor()),
+        "corridor" => Some(corridor::corridor()),
+        "glass" => Some(glass::glass()),
         _ => None,
     }
 }
@@ -123,7 +130,8 @@ mod tests {
             assert_eq!(scene.name, *name);
             assert!(scene.warnings.is_empty() && scene.cameras.len() == 1);
             let lit = |t: &&super::super::Triangle| scene.materials[t.material as usize].emissive != Vec3::ZERO;
-            assert_eq!(scene.triangles.iter().filter(lit).count(), 2, "{name}");
+            let panels = if *name == "corridor" { 5 } else { 1 };
+            assert_eq!(scene.triangles.iter().filter(lit).count(), 2 * panels, "{name}");
         }
         assert!(builtin("nothing").is_none());
     }

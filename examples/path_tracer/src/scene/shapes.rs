@@ -76,6 +76,41 @@ pub fn uv_sphere(scene: &mut Scene, center: Vec3, radius: f32, rings: u32, segme
     }
 }
 
+/// Appends an upright cylinder with smooth sides and flat caps, its foot centred at `foot`; at least 3 segments are made.
+pub fn cylinder(scene: &mut Scene, foot: Vec3, radius: f32, height: f32, segments: u32, material: u32) {
+    let segments = segments.max(3);
+    let top = Vec3::Y * height;
+    let around: Vec<Vec3> = (0..segments)
+        .map(|segment| {
+            let (sin, cos) = (segment as f32 / segments as f32 * std::f32::consts::TAU).sin_cos();
+            Vec3::new(sin, 0.0, cos)
+        })
+        .collect();
+    let side = next_vertex(scene);
+    // The last column repeats the first one bit for bit.
+    for segment in 0..=segments {
+        let (normal, u) = (around[(segment % segments) as usize], segment as f32 / segments as f32);
+        push_vertex(scene, foot + normal * radius, normal, Vec2::new(u, 1.0));
+        push_vertex(scene, foot + normal * radius + top, normal, Vec2::new(u, 0.0));
+    }
+    for segment in 0..segments {
+        let lower = 2 * segment;
+        push_triangles(scene, side, &[[lower, lower + 2, lower + 3], [lower, lower + 3, lower + 1]], material);
+    }
+    for (center, normal) in [(foot, Vec3::NEG_Y), (foot + top, Vec3::Y)] {
+        let cap = next_vertex(scene);
+        push_vertex(scene, center, normal, Vec2::splat(0.5));
+        for out in &around {
+            push_vertex(scene, center + *out * radius, normal, Vec2::new(0.5 + 0.5 * out.x, 0.5 + 0.5 * out.z));
+        }
+        for segment in 0..segments {
+            let (one, next) = (1 + segment, 1 + (segment + 1) % segments);
+            let facet = if normal.y > 0.0 { [0, one, next] } else { [0, next, one] };
+            push_triangles(scene, cap, &[facet], material);
+        }
+    }
+}
+
 /// Appends a sphere of 20 x 4^`subdivisions` nearly equal facets with smooth normals.
 pub fn icosphere(scene: &mut Scene, center: Vec3, radius: f32, subdivisions: u32, material: u32) {
     let golden = (1.0 + 5f32.sqrt()) / 2.0;
@@ -175,6 +210,8 @@ mod tests {
         assert!((volume(&sphere) / full - 1.0).abs() < 0.01 && sphere.triangles.len() == 2 * 64 * 31);
         let icosphere = made(|s| icosphere(s, center, 1.0, 3, 0));
         assert!((volume(&icosphere) / full - 1.0).abs() < 0.01 && icosphere.triangles.len() == 20 * 64);
+        let cylinder = made(|s| cylinder(s, center, 1.0, 2.0, 64, 0));
+        assert!((volume(&cylinder) / std::f32::consts::TAU - 1.0).abs() < 0.01 && cylinder.triangles.len() == 4 * 64);
     }
 
     // Kills: normals that point inside or do not follow the winding, and tangents that are not perpendicular.
@@ -186,6 +223,7 @@ mod tests {
             room(s, Vec3::NEG_ONE, Vec3::ONE, [0; 6]);
             uv_sphere(s, Vec3::ZERO, 2.0, 8, 16, 0);
             icosphere(s, Vec3::ZERO, 2.0, 1, 0);
+            cylinder(s, Vec3::ZERO, 1.0, 3.0, 16, 0);
         });
         for triangle in &scene.triangles {
             let [a, b, c] = corners(&scene, triangle);
