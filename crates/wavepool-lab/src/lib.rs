@@ -9,6 +9,8 @@ pub mod conformance;
 pub mod drawing;
 pub mod interval;
 pub mod pairs;
+pub mod rivals;
 
 pub use interval::{Interval, median};
 pub use pairs::{Pair, compare};
+pub use rivals::{Rival, bench_schedules, compare_schedules};
