@@ -12,7 +12,7 @@ use wavepool_tests::{
     arrays,
     device::{gpu, run},
     memory,
-    programs::{collatz, collatz_steps, enclosure, hops},
+    programs::{collatz, collatz_steps, hops, unequal},
 };
 
 /// What must differ between the schedules of a comparison.
@@ -145,7 +145,7 @@ fn arrays_have_the_same_bits_under_every_schedule() {
     }
 }
 
-/// `hops` has several stages, `enclosure` one, which reads, clears and announces in the same kernel.
+/// `hops` has several stages, `unequal` one, which reads, clears and announces in the same kernel, with chances that differ within a group.
 /// Kills: a group's word cleared while it is announced into, or never; a draw keyed by the block, or by the lane; a group of the tile before
 /// in the same block; a word counted from the wrong end of the counters when the order is measured.
 #[test]
@@ -157,8 +157,8 @@ fn groups_have_the_same_bits_under_every_schedule() {
         let Some((film, report)) = compare_under(&hops(), source, 3, group()) else { return };
         assert!(report.items_killed > 0, "groups of {lanes}");
         hashes.insert(film.hash());
-        let (_, report) = compare_under(&enclosure(), source, 3, group()).expect("there is a device");
-        assert_eq!(report.items_killed, report.items_started, "every walk of the enclosure is killed");
+        let (_, report) = compare_under(&unequal(), source, 3, group()).expect("there is a device");
+        assert_eq!(report.items_killed, report.items_started, "every walk is killed");
     }
     assert_eq!(hashes.len(), 3, "groups of other sizes draw alike");
 }
