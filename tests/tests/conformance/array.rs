@@ -1,7 +1,7 @@
 //! The same bits from every combination of settings: a pairwise covering array over scenes, policies, sizes and drivers.
 //!
-//! Key decision: each row is compared with a plain run of its scene on the same level of devices, in a process of that level's own. The
-//! first row of a scene on a level runs in checked mode. With `WAVEPOOL_FULL=1` rows of the full product follow, taken at a stride that
+//! Key decision: each row is compared with a plain run of its scene on the same level of devices, in a process of that level's own, and
+//! runs again in checked mode, which counts lanes and results after every step. With `WAVEPOOL_FULL=1` rows of the full product follow, taken at a stride that
 //! is prime to every number of levels, as many as time allows.
 
 use std::{
@@ -99,7 +99,6 @@ impl Comparison {
     fn run(&mut self, row: &[usize], is_array: bool) {
         let Some(subject) = &self.subjects[row[0]] else { return };
         let name = SUBJECTS[row[0]].0;
-        let is_first = !self.baselines.contains_key(&row[0]);
         let (expected, killed) = *self.baselines.entry(row[0]).or_insert_with(|| {
             let schedule = Schedule::never().with_roulette(Some(self.roulette.clone()));
             let (film, report) = subject.run(IMAGE, SAMPLES, &schedule, Instruments { steps: true, ..Instruments::default() });
@@ -111,11 +110,18 @@ impl Comparison {
             (film.hash(), report.items_killed)
         });
         let schedule = schedule_of(row).with_roulette(Some(self.roulette.clone()));
-        let instruments = Instruments { steps: true, checked: is_first && is_array, ..Instruments::default() };
-        let (film, report) = subject.run(IMAGE, SAMPLES, &schedule, instruments);
+        let (film, report) = subject.run(IMAGE, SAMPLES, &schedule, Instruments { steps: true, ..Instruments::default() });
         assert_eq!(film.hash(), expected, "{name}: {schedule}, row {row:?}, has other bits than `never`");
         assert_eq!(report.items_killed, killed, "{name}: {schedule}, row {row:?}: roulette killed unlike numbers");
         assert!(film.samples().iter().all(|samples| *samples == SAMPLES));
+        if is_array {
+            let (checked, audited) = subject.run(IMAGE, SAMPLES, &schedule, Instruments { steps: true, ..Instruments::checked() });
+            assert_eq!(
+                (checked.hash(), audited.steps, audited.launches),
+                (expected, report.steps, report.launches),
+                "{name}: {schedule}, checked"
+            );
+        }
         self.seen.entry(row[0]).or_default().insert(fingerprint(&report));
         self.rows += 1;
     }
