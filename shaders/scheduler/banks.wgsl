@@ -3,13 +3,13 @@
 // Where each bank's blocks begin in the lists of live (x) and of new (y) blocks; the entry after the last bank is the end.
 var<workgroup> wf_bank_starts: array<vec2u, WF_MAX_BANKS + 1u>;
 
-// Places of the first entries of the lists, which are in block order, that are not before `block`.
-fn wf_first_live(block: u32) -> u32 {
+// The place of the first of `count` entries that is not before `block`, in a list in block order that begins at a word of the control.
+fn wf_first_of_list(list: u32, count: u32, block: u32) -> u32 {
     var low = 0u;
-    var high = select(wf_control.live_blocks, 0u, block == 0u);
+    var high = select(count, 0u, block == 0u);
     while (low < high) {
         let middle = (low + high) / 2u;
-        if (wf_live_block(middle) < block) {
+        if (wf_control.words[list + middle] < block) {
             low = middle + 1u;
         } else {
             high = middle;
@@ -18,18 +18,13 @@ fn wf_first_live(block: u32) -> u32 {
     return low;
 }
 
-fn wf_first_new(block: u32) -> u32 {
-    var low = 0u;
-    var high = select(wf_control.new_blocks, 0u, block == 0u);
-    while (low < high) {
-        let middle = (low + high) / 2u;
-        if (wf_new_block(middle) < block) {
-            low = middle + 1u;
-        } else {
-            high = middle;
-        }
-    }
-    return low;
+// Where the lists of live and of new blocks reach the blocks of a bank.
+fn wf_bank_start(bank: u32) -> vec2u {
+    let first = bank * wf_control.bank_blocks;
+    return vec2u(
+        wf_first_of_list(wf_live_block_word(0u), wf_control.live_blocks, first),
+        wf_first_of_list(wf_new_block_word(0u), wf_control.new_blocks, first),
+    );
 }
 
 // Says where the blocks of a bank stand in the two lists, and how many work-groups they are.

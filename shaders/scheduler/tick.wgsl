@@ -104,7 +104,7 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
     }
     atomicAdd(&wf_new_lanes, new_lanes);
     for (var bank = lane; bank < wf_control.banks; bank += WF_TICK_LANES) {
-        wf_bank_starts[bank] = vec2u(wf_first_live(bank * wf_control.bank_blocks), wf_first_new(bank * wf_control.bank_blocks));
+        wf_bank_starts[bank] = wf_bank_start(bank);
     }
     workgroupBarrier();
     for (var bank = lane; bank <= wf_control.banks; bank += WF_TICK_LANES) {
