@@ -5,6 +5,7 @@
 //!
 //! **Invariant:** nothing here knows about light; whatever runs on wavepool can be measured.
 
+pub mod clock;
 pub mod conformance;
 pub mod drawing;
 pub mod interval;

@@ -35,7 +35,9 @@ mod schedule;
 pub mod shader;
 
 pub use error::{Error, Result};
-pub use executor::{LaneState, PoolSnapshot, Progress, Report, Resources, Run, Scheduler, SchedulerBuilder, SchedulingCost, Value, upload};
+pub use executor::{
+    LaneState, PoolSnapshot, Progress, Report, Resources, Run, Scheduler, SchedulerBuilder, SchedulingCost, Took, Value, upload,
+};
 pub use film::Film;
 pub use gpu::{AdapterFacts, GpuContext, GpuOptions, adapters};
 pub use instruments::Instruments;

@@ -8,7 +8,7 @@ usage: cargo xtask COMMAND
 
   demo  [--yes]           set up, render a built-in scene, say where the picture is
   test  [--full] [--yes]  set up, then format, clippy, docs, book anchors and all tests
-  bench WHAT [--quick]    figures of this device: core (tick, share, pins, wrappers), depth-sort (launches saved),
+  bench WHAT [--quick]    figures of this device: core (tick, share, pins, wrappers), share alone, depth-sort (launches saved),
                           schedules (all of them, counted and timed)
   book                    build the tutorial into book/book
   setup [--yes]           make sure that a Vulkan, Metal or Direct3D adapter exists
@@ -34,7 +34,7 @@ pub(crate) enum Invocation {
 }
 
 /// What can be measured.
-const BENCHES: [&str; 3] = ["core", "depth-sort", "schedules"];
+const BENCHES: [&str; 4] = ["core", "share", "depth-sort", "schedules"];
 
 /// Reads the words after `cargo xtask`.
 ///

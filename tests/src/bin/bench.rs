@@ -1,18 +1,20 @@
 //! Figures about scheduling on this device, called by `cargo xtask bench`.
 //!
-//! `core` prints the tick over 4096 blocks, the share of scheduling, the cost of pins and of the wrappers; `depth-sort` what sorted tiles
-//! save, measured and predicted; `schedules` all schedules on the built-in scenes, counted and timed in turns. A number without its device is none, so the adapter and the commit come first.
+//! `core` prints the tick over 4096 blocks, the share of scheduling, the cost of pins and of the wrappers; `share` the second of these alone;
+//! `depth-sort` what sorted tiles save, measured and predicted; `schedules` all schedules on the built-in scenes, counted and timed in turns.
+//! A number without its device is none, so the adapter and the commit come first.
 
 use std::{ops::ControlFlow, time::Instant};
 
 use path_tracer::{Renderer, Settings, scene};
 use wavepool::{
-    GpuContext, ImageTiles, Instruments, LinearRange, Program, Schedule, Scheduler, layout::Layout, policy::WorkSource, profile::Event,
-    replay::replay,
+    GpuContext, ImageTiles, Instruments, LinearRange, Program, Schedule, Scheduler, Took, layout::Layout, policy::WorkSource,
+    profile::Event, replay::replay,
 };
 use wavepool_lab::{
+    clock::process_time,
     interval::median,
-    pairs::{compare, ratio},
+    pairs::{Pair, compare, median_of_ratios, ratio},
     rivals::{Subject, TABLE_HEAD, compare_schedules, table},
 };
 use wavepool_tests::programs;
@@ -26,9 +28,10 @@ fn main() -> Result<(), Failure> {
     println!("adapter: {}\ncommit:  {}\n", gpu.facts, commit());
     match words.first().map(String::as_str) {
         Some("core") => core(&gpu, is_quick),
+        Some("share") => share(&gpu, is_quick),
         Some("depth-sort") => depth_sort(&gpu, is_quick),
         Some("schedules") => schedules(&gpu, is_quick),
-        _ => Err("usage: bench core|depth-sort|schedules [--quick]".into()),
+        _ => Err("usage: bench core|share|depth-sort|schedules [--quick]".into()),
     }
 }
 
@@ -162,28 +165,34 @@ fn pins(gpu: &GpuContext, is_quick: bool) -> Result<(), Failure> {
 fn share(gpu: &GpuContext, is_quick: bool) -> Result<(), Failure> {
     println!("\nscheduling share (1 - stripped / full, ratio of medians, 95 % interval over pairs)");
     let scene = scene::builtin("cornell-box").ok_or("the scene is built in")?;
-    for (schedule, rounds) in [("block", 15), ("block,order=depth-max", 31)] {
+    for (schedule, rounds) in [("block", 31), ("block,order=depth-max", 31)] {
         let (side, blocks, rounds) = if is_quick { (512, 256, 3) } else { (1024, 1024, rounds) };
         let mut settings = Settings::new(side, side, 1);
         settings.schedule = schedule.parse::<Schedule>()?.with_pool_blocks(blocks);
         let mut renderer = Renderer::new(gpu, &scene, &settings)?;
-        let cost = renderer.scheduler_mut().scheduling_cost(1, rounds)?;
-        let seconds = |time: &std::time::Duration| time.as_secs_f64();
-        let pairs: Vec<_> = cost
-            .full
-            .iter()
-            .zip(&cost.stripped)
-            .map(|(full, stripped)| wavepool_lab::Pair { first: seconds(stripped), second: seconds(full) })
-            .collect();
-        let spread = ratio(&pairs);
+        let cost = renderer.scheduler_mut().scheduling_cost(1, rounds, &process_time)?;
         println!(
-            "  cornell-box {side}x{side}, 1 sample, {blocks} blocks, {schedule:22} {:5.2} % [{:.2}, {:.2}]; {} steps, {:.0} live blocks in the mean, {rounds} pairs",
-            (1.0 - spread.value) * 100.0,
-            (1.0 - spread.high) * 100.0,
-            (1.0 - spread.low) * 100.0,
-            cost.steps,
-            cost.mean_live_blocks
+            "  cornell-box {side}x{side}, 1 sample, {blocks} blocks, {schedule}: {} steps, {:.0} live blocks in the mean, {rounds} pairs",
+            cost.steps, cost.mean_live_blocks
         );
+        type Side = fn(&Took) -> Option<f64>;
+        let clocks: [(&str, Side); 2] =
+            [("wall", |took| Some(took.wall.as_secs_f64())), ("processor", |took| took.processor.map(|time| time.as_secs_f64()))];
+        for (clock, seconds) in clocks {
+            let pairs: Option<Vec<Pair>> = cost
+                .full
+                .iter()
+                .zip(&cost.stripped)
+                .map(|(full, stripped)| Some(Pair { first: seconds(stripped)?, second: seconds(full)? }))
+                .collect();
+            let Some(pairs) = pairs else { continue };
+            let [spread, paired] = [ratio(&pairs), median_of_ratios(&pairs)]
+                .map(|spread| [spread.value, spread.high, spread.low].map(|at| (1.0 - at) * 100.0));
+            println!(
+                "    {clock:9} {:5.2} % [{:.2}, {:.2}] by medians, {:5.2} % [{:.2}, {:.2}] by pairs",
+                spread[0], spread[1], spread[2], paired[0], paired[1], paired[2]
+            );
+        }
     }
     Ok(())
 }

@@ -24,7 +24,7 @@ pub(crate) use cache::KernelCache;
 pub use resources::{Resources, upload};
 pub use run::Run;
 pub use snapshot::{LaneState, PoolSnapshot, Value};
-pub use stripped::SchedulingCost;
+pub use stripped::{SchedulingCost, Took};
 
 #[cfg(doc)]
 use crate::Error;
