@@ -20,11 +20,16 @@ fn wf_audit_lanes(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation
     if (lane == 0u && is_block) {
         let alive = atomicLoad(&wf_flags);
         atomicAdd(&wf_counters[WF_AUDIT_ALIVE], alive);
+        let counted = atomicLoad(&wf_counters[wf_live_counter(block)]);
+        if (WF_BY_LANE) {
+            atomicAdd(&wf_counters[WF_AUDIT_MISMATCH], select(0u, 1u, alive != counted));
+            return;
+        }
         if (wf_block_tile(block) == WF_NONE) {
             atomicAdd(&wf_counters[WF_AUDIT_MISMATCH], alive);
             return;
         }
-        if (alive + WF_ALL_DEAD != atomicLoad(&wf_counters[wf_live_counter(block)])) {
+        if (alive + WF_ALL_DEAD != counted) {
             atomicAdd(&wf_counters[WF_AUDIT_MISMATCH], 1u);
         }
         atomicAdd(&wf_counters[WF_AUDIT_KILLED], atomicLoad(&wf_counters[wf_killed_counter(block)]));

@@ -40,17 +40,15 @@ fn wf_launch_bank(bank: u32) {
     }
 }
 
-// Work-groups of a stage for the blocks of a bank.
-fn wf_launched_of_bank(bank: u32) -> u32 {
-    let live = wf_bank_starts[bank + 1u].x - wf_bank_starts[bank].x;
-    let first = bank * wf_control.bank_blocks;
-    return wf_launched(live, min(max(wf_filled, first) - first, wf_control.bank_blocks));
-}
-
-// Launches of a bank without blocks have no groups and do not count.
-fn wf_count_bank_launches() {
+// Counts what a step launches, and returns the work-groups of each stage. Launches of a bank without blocks have no groups and do not count.
+fn wf_count_bank_launches() -> u32 {
+    var groups = 0u;
     for (var bank = 0u; bank < wf_control.banks; bank++) {
-        wf_control.bank_steps += min(wf_launched_of_bank(bank), 1u);
+        let launched = wf_launched_of_bank(bank);
+        groups += launched;
+        wf_control.bank_steps += min(launched, 1u);
         wf_control.bank_regenerations += min(wf_bank_starts[bank + 1u].y - wf_bank_starts[bank].y, 1u);
     }
+    wf_control.group_steps = wf_add_64(wf_control.group_steps, groups);
+    return groups;
 }

@@ -3,12 +3,6 @@
 // Assignment follows the order of the blocks by prefix sums, never the order of atomics.
 // Source: Frolov and Galaktionov, Low overhead path regeneration, 2016.
 
-// What each invocation brings to a scan, then sums within segments of 16, and what each segment adds up to.
-const WF_SEGMENTS: u32 = WF_TICK_LANES / 16u;
-var<workgroup> wf_scan: array<vec2u, WF_TICK_LANES>;
-var<workgroup> wf_segments: array<vec2u, WF_SEGMENTS>;
-// Tiles retired in this tick, per slot of the result ring.
-var<workgroup> wf_retired: array<atomic<u32>, WF_MAX_RING>;
 var<workgroup> wf_live_lanes: atomic<u32>;
 var<workgroup> wf_killed_lanes: atomic<u32>;
 var<workgroup> wf_new_lanes: atomic<u32>;
@@ -119,8 +113,8 @@ fn wf_tick(@builtin(local_invocation_index) lane: u32) {
         wf_control.items_killed = wf_add_64(wf_control.items_killed, atomicLoad(&wf_killed_lanes));
         let lanes = atomicLoad(&wf_live_lanes) + new_lanes;
         wf_control.lane_steps = wf_add_64(wf_control.lane_steps, lanes);
-        wf_count_bank_launches();
-        wf_record_step(lanes);
+        wf_record_step(lanes, assignment.x, wf_count_bank_launches());
+        wf_control.record_assignments += select(0u, assignment.x, wf_control.record > 0u);
     }
 }
 
@@ -138,24 +132,6 @@ fn wf_retire(block: u32) {
     atomicStore(&wf_counters[wf_live_counter(block)], WF_NO_TILE);
 }
 
-// Writes down what this tick has decided, for those who want to compare it with something.
-fn wf_record_step(live_lanes: u32) {
-    if (wf_control.record == 0u) {
-        return;
-    }
-    let resolves = wf_arguments[WF_RESOLVE_ARGUMENTS] > 0u;
-    if (wf_control.live_blocks > 0u || resolves) {
-        let place = wf_control.record_steps * WF_RECORD_PER_STEP;
-        wf_record[place] = wf_control.live_blocks;
-        wf_record[place + 1u] = live_lanes;
-        wf_record[place + 2u] = wf_control.new_blocks;
-        wf_record[place + 3u] = select(0u, wf_control.resolve_pass + 1u, resolves);
-        wf_record[place + 4u] = wf_launched(wf_control.live_blocks, wf_control.filled_blocks);
-        wf_control.record_steps += 1u;
-        wf_control.record_assignments += wf_control.new_blocks;
-    }
-}
-
 fn wf_record_assignment(rank: u32, block: u32, tile: u32) {
     if (wf_control.record > 0u) {
         let assignments = wf_control.record * WF_RECORD_PER_STEP;
@@ -167,50 +143,12 @@ fn wf_record_assignment(rank: u32, block: u32, tile: u32) {
     }
 }
 
-// Sums over the invocations before this one. Two levels of 16 need three barriers, and barriers are what a tick costs.
-fn wf_sums_before(lane: u32, value: vec2u) -> vec2u {
-    wf_scan[lane] = value;
-    workgroupBarrier();
-    if (lane < WF_SEGMENTS) {
-        var sum = vec2u(0u);
-        for (var i = 16u * lane; i < 16u * lane + 16u; i++) {
-            let next = sum + wf_scan[i];
-            wf_scan[i] = sum;
-            sum = next;
-        }
-        wf_segments[lane] = sum;
-    }
-    workgroupBarrier();
-    return wf_scan[lane] + wf_segments_before(lane / 16u);
-}
-
-fn wf_segments_before(count: u32) -> vec2u {
-    var sum = vec2u(0u);
-    for (var segment = 0u; segment < count; segment++) {
-        sum += wf_segments[segment];
-    }
-    return sum;
-}
-
 // Takes the decisions of this tick from the number of live and dead blocks.
 fn wf_decide(count: vec2u) {
-    let ring = wf_control.ring;
-    for (var slot = 0u; slot < ring; slot++) {
-        wf_control.words[WF_RING + slot] -= atomicLoad(&wf_retired[slot]);
-    }
-
-    // Resolve the oldest pass when none of its tiles is outstanding; its slot of the ring is free from the next step on.
-    let oldest = wf_control.resolved;
-    var resolve_tiles = 0u;
-    if (oldest < wf_control.passes && wf_control.words[WF_RING + oldest % ring] == 0u) {
-        resolve_tiles = wf_control.tiles;
-        wf_control.words[WF_RING + oldest % ring] = wf_control.tiles;
-        wf_control.resolve_pass = oldest;
-        wf_control.resolved = oldest + 1u;
-    }
+    wf_close_passes(wf_control.tiles);
 
     // Hand out tiles of all passes whose results have a place in the ring.
-    let open_passes = min(wf_control.passes, wf_control.resolved + ring);
+    let open_passes = min(wf_control.passes, wf_control.resolved + wf_control.ring);
     let queued = (open_passes - wf_control.next_pass) * wf_control.tiles - wf_control.next_position;
     var assigned = 0u;
     if (count.y > 0u && queued > 0u && (count.x == 0u || wf_regenerate(count.x, count.y, wf_control.step))) {
@@ -229,11 +167,9 @@ fn wf_decide(count: vec2u) {
     // Tiles go to the lowest dead blocks, so the fill grows only when none of its blocks is dead.
     wf_filled = max(select(wf_control.filled_blocks, 0u, count.x == 0u), live);
     wf_control.filled_blocks = wf_filled;
-    wf_control.group_steps = wf_add_64(wf_control.group_steps, wf_launched(live, wf_filled));
     wf_control.block_steps = wf_add_64(wf_control.block_steps, live);
     wf_control.step = step;
     wf_bank_starts[wf_control.banks] = vec2u(live, assigned);
-    wf_write_arguments(WF_RESOLVE_ARGUMENTS, resolve_tiles);
 }
 
 fn wf_set_block_tile(block: u32, tile: u32) {
@@ -244,12 +180,4 @@ fn wf_assign(block: u32, tile: u32, pass_index: u32, birth: u32) {
     wf_control.words[wf_block_tile_word(block)] = tile;
     wf_control.words[wf_block_pass_word(block)] = pass_index;
     wf_control.words[wf_block_birth_word(block)] = birth;
-}
-
-fn wf_set_live_block(index: u32, block: u32) {
-    wf_control.words[wf_live_block_word(index)] = block;
-}
-
-fn wf_set_new_block(index: u32, block: u32) {
-    wf_control.words[wf_new_block_word(index)] = block;
 }

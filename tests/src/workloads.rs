@@ -5,8 +5,8 @@
 
 use wavepool::{
     ImageTiles, LinearRange, Schedule,
-    policy::{BlockInPlace, DepthDecayed, DepthMax, DepthMean, LaunchScope, Morton, Scanline, WorkSource},
-    replay::{Replay, replay},
+    policy::{BlockInPlace, DepthDecayed, DepthMax, DepthMean, LaneInPlace, LaunchScope, Morton, Scanline, StreamCompaction, WorkSource},
+    replay::{Replay, replay_in_banks},
 };
 
 /// Orders of tiles.
@@ -61,6 +61,24 @@ pub enum Lengths {
     ByTile,
 }
 
+/// Single items to lanes, every so many steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Portion {
+    /// In place.
+    Lanes(u32),
+    /// Packed.
+    Packed(u32),
+}
+
+impl Portion {
+    /// Steps between two looks.
+    pub fn every(self) -> u32 {
+        match self {
+            Portion::Lanes(every) | Portion::Packed(every) => every,
+        }
+    }
+}
+
 /// All distributions.
 pub const LENGTHS: [Lengths; 6] =
     [Lengths::Constant, Lengths::Geometric, Lengths::HeavyTail, Lengths::OneStraggler, Lengths::AllOnes, Lengths::ByTile];
@@ -74,6 +92,8 @@ pub struct Workload {
     pub order: Order,
     /// Threshold and interval of checks; `None` is `never`.
     pub block: Option<(f32, u32)>,
+    /// In place of both: items to lanes.
+    pub portion: Option<Portion>,
     /// Of the grid of tiles; 1 without.
     pub columns: u32,
     /// Blocks.
@@ -183,7 +203,7 @@ impl Workload {
         let lengths = (0..passes).map(|_| (0..tiles).map(|tile| lengths_of(kind, source, tile, draws)).collect()).collect();
         let thresholds = [0.0, 1.0 / 256.0, 0.25, 0.5, 1.0, 2.0, 15.0];
         let block = regenerates.then(|| (draws.one_of(&thresholds), draws.between(1, 4)));
-        Workload { number, order, block, columns, pool, ring, passes, kind, source, lengths }
+        Workload { number, order, block, portion: None, columns, pool, ring, passes, kind, source, lengths }
     }
 
     /// Tiles per pass.
@@ -208,11 +228,14 @@ impl Workload {
 
     /// Its policies.
     pub fn schedule(&self) -> Schedule {
-        let schedule = match self.block {
-            Some((threshold, check_every)) => Schedule::block().with_regeneration(BlockInPlace::new(threshold, check_every)),
-            None => Schedule::never(),
+        let schedule = match (self.portion, self.block) {
+            (Some(Portion::Lanes(every)), _) => Schedule::per_lane().with_regeneration(LaneInPlace::new(every)),
+            (Some(Portion::Packed(every)), _) => Schedule::compaction().with_regeneration(StreamCompaction::new(every)),
+            (None, Some((threshold, check_every))) => Schedule::block().with_regeneration(BlockInPlace::new(threshold, check_every)),
+            (None, None) => Schedule::never(),
         };
-        let schedule = if self.is_full() { schedule.with_launch(LaunchScope::AllBlocks) } else { schedule };
+        let has_blocks = !matches!(self.portion, Some(Portion::Packed(_)));
+        let schedule = if self.is_full() && has_blocks { schedule.with_launch(LaunchScope::AllBlocks) } else { schedule };
         self.order.apply(schedule)
     }
 
@@ -223,8 +246,13 @@ impl Workload {
 
     /// The same with another pool and ring.
     pub fn replay_with(&self, pool: u32, ring: u32) -> Replay {
+        self.replay_in_banks(pool, pool, ring)
+    }
+
+    /// The same in banks of so many blocks.
+    pub fn replay_in_banks(&self, pool: u32, bank: u32, ring: u32) -> Replay {
         let lengths = |pass_index: u32, tile: u32, lengths: &mut [u32; 256]| *lengths = *self.lengths(pass_index, tile);
-        replay(&self.schedule(), &self.source, self.passes, pool, ring, &lengths)
+        replay_in_banks(&self.schedule(), &self.source, self.passes, [pool, bank], ring, &lengths)
     }
 
     /// The lengths as the program `given` reads them: the number of pixels, then a word per pass and pixel.
@@ -246,8 +274,10 @@ impl Workload {
 
     /// How a failure is told.
     pub fn name(&self) -> String {
-        let Workload { number, order, block, pool, ring, passes, kind, source, .. } = self;
-        format!("workload {number}: {order:?}, block {block:?}, {pool} blocks, ring {ring}, {passes} passes, {kind:?}, {source:?}")
+        let Workload { number, order, block, portion, pool, ring, passes, kind, source, .. } = self;
+        format!(
+            "workload {number}: {order:?}, block {block:?}, {portion:?}, {pool} blocks, ring {ring}, {passes} passes, {kind:?}, {source:?}"
+        )
     }
 }
 

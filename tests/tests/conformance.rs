@@ -15,6 +15,8 @@ mod exact;
 mod faults;
 #[path = "conformance/identity.rs"]
 mod identity;
+#[path = "conformance/lanes.rs"]
+mod lanes;
 #[path = "conformance/memory.rs"]
 mod memory;
 #[path = "conformance/pins.rs"]

@@ -4,6 +4,8 @@
 
 #[path = "policy/brute_force.rs"]
 mod brute_force;
+#[path = "policy/brute_lanes.rs"]
+mod brute_lanes;
 #[path = "policy/paper.rs"]
 mod paper;
 #[path = "policy/properties.rs"]

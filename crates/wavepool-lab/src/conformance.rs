@@ -13,7 +13,7 @@ use wavepool::{
     GpuContext, ImageTiles, Instruments, LinearRange, Program, Schedule, Scheduler,
     layout::BLOCK,
     policy::{OrderRule, Regeneration, Roulette, TileGrid, TileOrder, WorkSource},
-    replay::replay,
+    replay::replay_in_banks,
 };
 
 /// Declares a test of a policy: `conformance!(KIND NAME: POLICY)` with `order`, `regeneration` or `roulette` for `KIND`.
@@ -144,12 +144,18 @@ fn compare(
             *length = source.pixel(tile, index as u32).map_or(0, |pixel| steps_of(pixel, pass_index));
         }
     };
-    let expected = replay(&schedule, &source, PASSES, report.pool_blocks, report.ring, &lengths);
+    let blocks = [report.pool_blocks, report.pool_blocks.div_ceil(report.banks)];
+    let expected = replay_in_banks(&schedule, &source, PASSES, blocks, report.ring, &lengths);
     let seen = report.observed.steps.as_ref().ok_or_else(|| wrong("the device wrote nothing down".into()))?;
     let live: Vec<u32> = seen.steps.iter().map(|step| step.live_blocks).collect();
     if let Some(step) = (0..live.len().max(expected.live_blocks.len())).find(|step| live.get(*step) != expected.live_blocks.get(*step)) {
         let (device, host) = (live.get(step), expected.live_blocks.get(step));
         return Err(wrong(format!("in step {} the device has {device:?} live blocks, the host {host:?}", step + 1)));
+    }
+    let lanes: Vec<u32> = seen.steps.iter().map(|step| step.live_lanes).collect();
+    if let Some(step) = (0..lanes.len()).find(|step| lanes.get(*step) != expected.live_lanes.get(*step)) {
+        let (device, host) = (lanes.get(step), expected.live_lanes.get(step));
+        return Err(wrong(format!("in step {} the device has {device:?} live lanes, the host {host:?}", step + 1)));
     }
     let places = seen.assignments.iter().zip(&expected.assignments);
     if let Some((device, host)) = places.into_iter().find(|(device, host)| device != host) {
@@ -210,13 +216,15 @@ pub fn check_roulette(roulette: &dyn Roulette) -> Result<(), String> {
 
 #[cfg(test)]
 mod tests {
-    use wavepool::policy::{BlockInPlace, DepthMean, Morton, PerLane, TileFormula};
+    use wavepool::policy::{BlockInPlace, DepthMean, LaneInPlace, Morton, PerLane, StreamCompaction, TileFormula};
 
     use super::*;
 
     conformance!(order morton_is_sound: Morton);
     conformance!(order sorted_tiles_are_sound: DepthMean);
     conformance!(regeneration the_paper_s_rule_is_sound: BlockInPlace::default());
+    conformance!(regeneration lanes_in_place_are_sound: LaneInPlace::new(2));
+    conformance!(regeneration packed_lanes_are_sound: StreamCompaction::default());
     conformance!(roulette a_lane_s_draw_is_sound: PerLane);
 
     /// An order that is right on the host, and another one on the device.

@@ -19,9 +19,20 @@ pub(crate) const NONE: u32 = u32::MAX;
 
 /// What the control buffer keeps per block: its tile, the pass of that, the step it began in, an entry of the list of live blocks, one of
 /// the list of blocks that start a tile, the lane-steps of the tile so far, the key that a measured order remembered of it when it began,
-/// and what block roulette has drawn (bits of a float: 0 kills).
-const BLOCK_SECTIONS: [&str; 8] =
-    ["block_tile", "block_pass", "block_birth", "live_block", "new_block", "block_lane_steps", "block_remembered", "block_inverse"];
+/// and what block roulette has drawn (bits of a float: 0 kills). Where lanes receive items: how many lanes of the pool live before the
+/// block's first one, and how many are dead.
+const BLOCK_SECTIONS: [&str; 10] = [
+    "block_tile",
+    "block_pass",
+    "block_birth",
+    "live_block",
+    "new_block",
+    "block_lane_steps",
+    "block_remembered",
+    "block_inverse",
+    "live_before",
+    "dead_before",
+];
 /// Places in that list.
 pub(crate) const BLOCK_TILE: u32 = 0;
 pub(crate) const BLOCK_PASS: u32 = 1;
@@ -79,14 +90,17 @@ pub(crate) mod counters {
 pub(crate) mod tables {
     use super::{MAX_BANKS, MAX_RING, counters};
 
-    /// Tiles of the pass in each slot of the result ring that have not been retired.
+    /// Tiles of the pass in each slot of the result ring that have not been retired; where lanes receive items, items without a result.
     pub(crate) const RING: u32 = 0;
     /// Where each bank's blocks begin in the list of live blocks, and where the last one's end.
     pub(crate) const BANK_LIVE: u32 = RING + MAX_RING;
     /// The same for the list of blocks that start a tile.
     pub(crate) const BANK_NEW: u32 = BANK_LIVE + MAX_BANKS + 1;
+    /// Where lanes are packed: entries of each bank's list, and how many of them, at its front, lived when it was made.
+    pub(crate) const BANK_LISTED: u32 = BANK_NEW + MAX_BANKS + 1;
+    pub(crate) const BANK_FRONT: u32 = BANK_LISTED + MAX_BANKS;
     /// The counters' totals, as (low, high).
-    pub(crate) const TOTALS: u32 = BANK_NEW + MAX_BANKS + 1;
+    pub(crate) const TOTALS: u32 = BANK_FRONT + MAX_BANKS;
     pub(crate) const BLOCKS: u32 = (TOTALS + 2 * counters::BLOCKS).next_multiple_of(4);
 }
 
@@ -147,9 +161,9 @@ control_record! {
     live_blocks: u32 = "u32",
     /// Length of the list of blocks that start a tile in this step.
     new_blocks: u32 = "u32",
-    /// Head of the tile queue.
+    /// Head of the queue.
     next_pass: u32 = "u32",
-    /// Head of the tile queue within the pass.
+    /// Head of the queue within the pass: in tiles, or in places of tiles where lanes receive items.
     next_position: u32 = "u32",
     /// Passes that have been handed to the resolve kernel.
     resolved: u32 = "u32",
@@ -179,8 +193,18 @@ control_record! {
     filled_blocks: u32 = "u32",
     /// Sum over the steps of the work-groups that each stage was launched with.
     group_steps: [u32; 2] = "vec2u",
+    /// Items of a pass.
+    pass_items: u32 = "u32",
+    /// Where lanes receive items: dead lanes that do in this step, and the head of the queue before.
+    given: u32 = "u32",
+    /// The pass of that head.
+    given_pass: u32 = "u32",
+    /// Its position within the pass.
+    given_position: u32 = "u32",
+    /// Where lanes are packed: entries of all lists.
+    listed: u32 = "u32",
     /// Rounds the head to whole rows.
-    padding: [u32; 2] = "vec2u",
+    padding: u32 = "u32",
 }
 
 impl Control {
@@ -214,6 +238,8 @@ pub(crate) fn declarations() -> String {
         ("WF_RING", tables::RING),
         ("WF_BANK_LIVE", tables::BANK_LIVE),
         ("WF_BANK_NEW", tables::BANK_NEW),
+        ("WF_BANK_LISTED", tables::BANK_LISTED),
+        ("WF_BANK_FRONT", tables::BANK_FRONT),
         ("WF_TOTALS", tables::TOTALS),
         ("WF_BLOCK_TABLE", tables::BLOCKS),
         ("WF_RECORD_PER_STEP", record::PER_STEP),
@@ -255,6 +281,8 @@ pub(crate) fn declarations() -> String {
          struct WfControl {{\n{members}    words: array<u32>,\n}}\n\
          fn wf_bank_live(bank: u32) -> u32 {{ return wf_control.words[WF_BANK_LIVE + bank]; }}\n\
          fn wf_bank_new(bank: u32) -> u32 {{ return wf_control.words[WF_BANK_NEW + bank]; }}\n\
+         fn wf_bank_listed(bank: u32) -> u32 {{ return wf_control.words[WF_BANK_LISTED + bank]; }}\n\
+         fn wf_bank_front(bank: u32) -> u32 {{ return wf_control.words[WF_BANK_FRONT + bank]; }}\n\
          fn wf_live_counter(block: u32) -> u32 {{ return WF_BLOCK_COUNTERS + WF_COUNTERS_PER_BLOCK * block; }}\n\
          fn wf_killed_counter(block: u32) -> u32 {{ return wf_live_counter(block) + 1u; }}\n\
          fn wf_chance_counter(block: u32) -> u32 {{ return wf_live_counter(block) + 2u; }}\n\
@@ -267,10 +295,10 @@ pub(crate) fn declarations() -> String {
     )
 }
 
-/// Words of the counters buffer for a pool; a measured order keeps an estimate and a key per tile, roulette by group `group_words` per
-/// block.
-pub(crate) fn counter_words(pool_blocks: u32, ordered_tiles: u32, group_words: u32) -> u64 {
-    let per_block = u64::from(counters::PER_BLOCK + group_words);
+/// Words of the counters buffer for a pool; a measured order keeps an estimate and a key per tile, roulette by group and finer portions than
+/// tiles `extra_words` per block.
+pub(crate) fn counter_words(pool_blocks: u32, ordered_tiles: u32, extra_words: u32) -> u64 {
+    let per_block = u64::from(counters::PER_BLOCK + extra_words);
     u64::from(counters::BLOCKS) + per_block * u64::from(pool_blocks) + 2 * u64::from(ordered_tiles)
 }
 

@@ -4,7 +4,7 @@
 
 use std::fmt;
 
-use crate::policy::{Execution, LaunchScope};
+use crate::policy::{Execution, Grain, LaunchScope};
 
 /// Who knows the number of work-groups.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -12,12 +12,14 @@ use crate::policy::{Execution, LaunchScope};
 pub enum Size {
     /// Fixed.
     Groups(u32),
-    /// Blocks that start a tile in this step, as the tick has written.
+    /// Blocks that start a tile in this step, or whose lanes start items or are listed anew, as the tick has written.
     NewBlocks,
     /// Live blocks, as the tick has written.
     LiveBlocks,
     /// Blocks of the current fill, dead or alive, as the tick has written.
     FilledBlocks,
+    /// Lists of lanes, as the tick has written.
+    PackedLanes,
     /// All tiles when a pass is complete, else none.
     FinishedTiles,
     /// All tiles, or all blocks of a bank.
@@ -98,7 +100,13 @@ pub struct Plan {
 
 impl Plan {
     /// The plan of an execution for the given stages, checked or not.
-    pub fn new<'a>(execution: Execution, scope: LaunchScope, stages: impl Iterator<Item = &'a str>, is_checked: bool) -> Self {
+    pub fn new<'a>(
+        execution: Execution,
+        scope: LaunchScope,
+        grain: Grain,
+        stages: impl Iterator<Item = &'a str>,
+        is_checked: bool,
+    ) -> Self {
         let launch = |kernel, size| Launch { kernel, size };
         let resolve = launch(Kernel::Resolve, Size::FinishedTiles);
         let mut audit = Vec::new();
@@ -112,9 +120,10 @@ impl Plan {
             Execution::Wavefront => {
                 let tick = launch(Kernel::Tick, Size::Groups(1));
                 let mut step = vec![launch(Kernel::Generate, Size::NewBlocks)];
-                let size = match scope {
-                    LaunchScope::LiveBlocks => Size::LiveBlocks,
-                    LaunchScope::AllBlocks => Size::FilledBlocks,
+                let size = match (grain, scope) {
+                    (Grain::PackedLanes, _) => Size::PackedLanes,
+                    (_, LaunchScope::LiveBlocks) => Size::LiveBlocks,
+                    (_, LaunchScope::AllBlocks) => Size::FilledBlocks,
                 };
                 step.extend(stages.map(|stage| launch(Kernel::Stage(stage.to_owned()), size)));
                 step.extend([tick.clone(), resolve]);

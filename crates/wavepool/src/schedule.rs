@@ -8,8 +8,8 @@ use crate::{
     Error, Result,
     control::MAX_RING,
     policy::{
-        BlockInPlace, Choice, Execution, LAUNCHES, LaunchScope, NeverRegenerate, ORDERS, PerGroup, PerLane, ROULETTES, Regeneration,
-        Roulette, Scanline, TileOrder,
+        BlockInPlace, Choice, Execution, Grain, LAUNCHES, LaneInPlace, LaunchScope, NeverRegenerate, ORDERS, PerGroup, PerLane, ROULETTES,
+        Regeneration, Roulette, Scanline, StreamCompaction, TileOrder,
     },
 };
 
@@ -85,9 +85,27 @@ impl Schedule {
         Schedule::never().with_launch(LaunchScope::AllBlocks)
     }
 
+    /// Every dead lane takes the next item where it is, in every step.
+    pub fn per_lane() -> Self {
+        Schedule { regeneration: Arc::new(LaneInPlace::default()), ..Schedule::block() }
+    }
+
+    /// Live lanes are listed without gaps in every fourth step, new items begin behind them, and stages are launched over the list.
+    pub fn compaction() -> Self {
+        Schedule { regeneration: Arc::new(StreamCompaction::default()), ..Schedule::block() }
+    }
+
     /// All stages in one kernel.
     pub fn megakernel() -> Self {
         Schedule { execution: Execution::Megakernel, ..Schedule::never() }
+    }
+
+    /// In which portions work is handed out: what the regeneration says, whole tiles in a megakernel.
+    pub(crate) fn grain(&self) -> Grain {
+        match self.execution {
+            Execution::Wavefront => self.regeneration.grain(),
+            Execution::Megakernel => Grain::Tiles,
+        }
     }
 
     /// Fixes the size of the pool; one that is larger than the work is cut down to it.
@@ -176,6 +194,16 @@ pub const SCHEDULES: &[Choice<Schedule>] = &[
         make: Schedule::never_full,
     },
     Choice {
+        name: "per-lane",
+        about: "every dead lane takes the next item where it is (Novak, Havran and Dachsbacher 2010)",
+        make: Schedule::per_lane,
+    },
+    Choice {
+        name: "compaction",
+        about: "live lanes are listed without gaps every few steps, new items begin behind them (van Antwerpen 2011)",
+        make: Schedule::compaction,
+    },
+    Choice {
         name: "megakernel",
         about: "all stages in one kernel that loops, state in registers (Parker et al. 2010 built theirs so)",
         make: Schedule::megakernel,
@@ -185,7 +213,8 @@ pub const SCHEDULES: &[Choice<Schedule>] = &[
 /// Keys that can follow a name, with what they take and what they do.
 pub const SCHEDULE_KEYS: &[(&str, &str, &str)] = &[
     ("threshold", "0 to 15", "of block: dead blocks wait until there are more than so many for each live one; 0.5 unless said"),
-    ("check_every", "1 or more", "of block: steps between two looks at that; 2 unless said"),
+    ("check_every", "1 or more", "of block and per-lane: steps between two looks at that; 2 for block and 1 for per-lane unless said"),
+    ("every", "1 or more", "of compaction: steps between two; 4 unless said"),
     ("launch", "live, full", "of wavefronts: which blocks the stages are launched over"),
     ("order", "a tile order", "in which order tiles leave the queue"),
     ("roulette", "a roulette", "how hopeless walks end"),
@@ -207,22 +236,28 @@ impl FromStr for Schedule {
         let name = parts.next().unwrap_or("");
         let mut schedule = Choice::find(SCHEDULES, name)
             .ok_or_else(|| Error::Schedule(format!("unknown name `{name}`; there are: {}", Choice::names(SCHEDULES))))?;
-        let (mut threshold, mut check_every) = (BlockInPlace::default().threshold(), BlockInPlace::default().check_every());
+        let (mut threshold, mut steps) = (BlockInPlace::default().threshold(), None);
         for part in parts {
             let Some((key, value)) = part.split_once('=').map(|(key, value)| (key.trim(), value.trim())) else {
                 return Err(Error::Schedule(format!("`{part}` is not key=value; keys are: {}", keys())));
             };
             let wrong = |allowed: &str| Error::Schedule(format!("{key}={value}: allowed is {allowed}"));
             match (key, value) {
-                ("threshold" | "check_every", _) if name != "block" => {
-                    return Err(Error::Schedule(format!("`{key}` belongs to `block`; `{name}` does not regenerate")));
+                ("threshold", _) if name != "block" => {
+                    return Err(Error::Schedule(format!("`{key}` belongs to `block`; `{name}` waits for no number of dead blocks")));
+                }
+                ("check_every", _) if !["block", "per-lane"].contains(&name) => {
+                    return Err(Error::Schedule(format!("`{key}` belongs to `block` and `per-lane`, not to `{name}`")));
+                }
+                ("every", _) if name != "compaction" => {
+                    return Err(Error::Schedule(format!("`{key}` belongs to `compaction`; `{name}` compacts nothing")));
                 }
                 ("threshold", _) => {
                     let range = 0.0..=15.0;
                     threshold = value.parse().ok().filter(|value| range.contains(value)).ok_or_else(|| wrong("0 to 15"))?;
                 }
-                ("check_every", _) => {
-                    check_every = value.parse().ok().filter(|value| *value > 0).ok_or_else(|| wrong("1 or more"))?;
+                ("check_every" | "every", _) => {
+                    steps = Some(value.parse().ok().filter(|value| *value > 0).ok_or_else(|| wrong("1 or more"))?);
                 }
                 ("launch", _) if schedule.execution != Execution::Wavefront => {
                     return Err(Error::Schedule(format!("`launch` belongs to wavefronts; `{name}` launches no blocks")));
@@ -244,8 +279,14 @@ impl FromStr for Schedule {
                 _ => return Err(Error::Schedule(format!("unknown key `{key}`; keys are: {}", keys()))),
             }
         }
-        if name == "block" {
-            schedule.regeneration = Arc::new(BlockInPlace::new(threshold, check_every));
+        match (name, steps) {
+            ("block", steps) => {
+                let steps = steps.unwrap_or(BlockInPlace::default().check_every());
+                schedule.regeneration = Arc::new(BlockInPlace::new(threshold, steps));
+            }
+            ("per-lane", Some(steps)) => schedule.regeneration = Arc::new(LaneInPlace::new(steps)),
+            ("compaction", Some(steps)) => schedule.regeneration = Arc::new(StreamCompaction::new(steps)),
+            _ => {}
         }
         Ok(schedule)
     }
@@ -259,13 +300,17 @@ mod tests {
     #[test]
     fn mistakes_are_named() {
         for (text, expected) in [
-            ("blok", "unknown name `blok`; there are: block, never, never-full, megakernel"),
-            ("", "unknown name ``; there are: block, never, never-full, megakernel"),
+            ("blok", "unknown name `blok`; there are: block, never, never-full, per-lane, compaction, megakernel"),
+            ("", "unknown name ``; there are: block, never, never-full, per-lane, compaction, megakernel"),
             ("block,treshold=1", "unknown key `treshold`"),
             ("block,threshold=16", "threshold=16: allowed is 0 to 15"),
             ("block,threshold=nan", "threshold=nan: allowed is 0 to 15"),
             ("block,check_every=0", "check_every=0: allowed is 1 or more"),
             ("never,threshold=0.5", "`threshold` belongs to `block`"),
+            ("per-lane,threshold=0.5", "`threshold` belongs to `block`"),
+            ("compaction,check_every=2", "`check_every` belongs to `block` and `per-lane`"),
+            ("per-lane,every=2", "`every` belongs to `compaction`"),
+            ("compaction,every=0", "every=0: allowed is 1 or more"),
             ("block,roulette=warp", "roulette=warp: allowed is none, lane, group:32, block-max, block-mean"),
             ("block,roulette=group:48", "roulette=group:48: allowed is none, lane, group:32, block-max, block-mean"),
             ("block,order=hilbert", "order=hilbert: allowed is scanline, morton, depth-max, depth-mean, depth-decayed"),
@@ -294,6 +339,9 @@ mod tests {
             "never-full",
             "block,launch=full",
             "block,roulette=group:8",
+            "per-lane",
+            "per-lane,check_every=3",
+            "compaction,every=8",
         ] {
             let printed = text.parse::<Schedule>().expect(text).to_string();
             assert_eq!(printed.parse::<Schedule>().expect(&printed).to_string(), printed);

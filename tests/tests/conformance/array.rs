@@ -12,7 +12,10 @@ use std::{
 
 use wavepool::{
     ImageTiles, Instruments, Report, Schedule,
-    policy::{BlockInPlace, LaunchScope, NeverRegenerate, ORDERS, OrderRule, PerBlock, PerLane, Roulette, Statistic},
+    policy::{
+        BlockInPlace, LaneInPlace, LaunchScope, NeverRegenerate, ORDERS, OrderRule, PerBlock, PerLane, Roulette, RouletteScope, Statistic,
+        StreamCompaction,
+    },
 };
 use wavepool_tests::{
     covering::{Factor, factor, pairwise, product},
@@ -38,7 +41,7 @@ fn factors(levels: usize) -> [Factor; 10] {
         factor("scene", SUBJECTS.len()),
         factor("execution", 3),
         factor("order", ORDERS.len()),
-        factor("regeneration", 2),
+        factor("regeneration", 4),
         factor("threshold", THRESHOLDS.len()),
         factor("check_every", CHECK_EVERY.len()),
         factor("pool", POOLS.len()),
@@ -49,10 +52,21 @@ fn factors(levels: usize) -> [Factor; 10] {
 }
 
 /// Execution 0 is a wavefront over live blocks, 2 one with full launches. A megakernel (execution 1) measures no order, regenerates nothing and has no banks; `never` (regeneration 0) has no threshold.
+/// Items to lanes (2 in place, 3 packed) have none either, and no tile that could be measured; packed lanes are not launched by block.
 fn is_allowed(row: &[usize]) -> bool {
-    let is_formula = |order: usize| matches!((ORDERS[order].make)().rule(), OrderRule::Formula(_));
-    let megakernel = row[1] != 1 || (is_formula(row[2]) && row[3] == 0 && row[7] == 2);
-    megakernel && (row[3] == 1 || (row[4] == 0 && row[5] == 0))
+    let is_formula = matches!((ORDERS[row[2]].make)().rule(), OrderRule::Formula(_));
+    let megakernel = row[1] != 1 || (is_formula && row[3] == 0 && row[7] == 2);
+    megakernel
+        && match row[3] {
+            0 => row[4] == 0 && row[5] == 0,
+            1 => true,
+            regeneration => row[4] == 0 && is_formula && (regeneration == 2 || row[1] == 0),
+        }
+}
+
+/// Roulette by block needs whole tiles in blocks.
+fn keeps_tiles(row: &[usize]) -> bool {
+    row[3] < 2
 }
 
 fn schedule_of(row: &[usize]) -> Schedule {
@@ -64,7 +78,9 @@ fn schedule_of(row: &[usize]) -> Schedule {
     schedule.order = (ORDERS[row[2]].make)();
     schedule = match row[3] {
         0 => schedule.with_regeneration(NeverRegenerate),
-        _ => schedule.with_regeneration(BlockInPlace::new(THRESHOLDS[row[4]], CHECK_EVERY[row[5]])),
+        1 => schedule.with_regeneration(BlockInPlace::new(THRESHOLDS[row[4]], CHECK_EVERY[row[5]])),
+        2 => schedule.with_regeneration(LaneInPlace::new(CHECK_EVERY[row[5]])),
+        _ => schedule.with_regeneration(StreamCompaction::new(CHECK_EVERY[row[5]])),
     };
     schedule.bank_blocks = BANKS[row[7]];
     schedule.submission_steps = SUBMISSIONS[row[8]];
@@ -155,11 +171,13 @@ fn on_every_level(test: &str, roulettes: &[Arc<dyn Roulette>]) {
         let what = format!("{here}, roulette {}", roulette.name());
         let factors = factors(count);
         let mut comparison = Comparison::new(roulette.clone());
+        let is_by_lane = roulette.scope() == RouletteScope::Lane;
+        let is_allowed = |row: &[usize]| is_allowed(row) && (is_by_lane || keeps_tiles(row));
         let rows = pairwise(&factors, is_allowed);
         rows.iter().filter(|row| row[9] == index).for_each(|row| comparison.run(row, true));
         comparison.check(&what);
         if std::env::var_os("WAVEPOOL_FULL").is_some_and(|value| value == "1") {
-            full(&what, &factors[..9], &mut comparison, FULL / roulettes.len() as u32);
+            full(&what, &factors[..9], &is_allowed, &mut comparison, FULL / roulettes.len() as u32);
         }
         // Scene 1 has roulette; the statistics decide differently there.
         baselines.insert(comparison.baselines[&1]);
@@ -169,7 +187,7 @@ fn on_every_level(test: &str, roulettes: &[Arc<dyn Roulette>]) {
 
 /// Rows of the product of all settings but the device, at a stride that visits every row once, until the time is over. In the product many
 /// settings come to the same: a pool for all tiles leaves nothing to a threshold. So it must add to what the array has shown, no more.
-fn full(what: &str, factors: &[Factor], comparison: &mut Comparison, time: Duration) {
+fn full(what: &str, factors: &[Factor], is_allowed: &dyn Fn(&[usize]) -> bool, comparison: &mut Comparison, time: Duration) {
     let rows: Vec<Vec<usize>> = product(factors).filter(|row| is_allowed(row)).collect();
     let (begun, before) = (Instant::now(), comparison.different());
     let stride = (rows.len() / 2 + 1..).find(|stride| greatest_common_divisor(*stride, rows.len()) == 1).unwrap_or(1);

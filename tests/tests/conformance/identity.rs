@@ -20,7 +20,8 @@ fn fingerprint(report: &Report) -> (u64, u64, u32, u64, u64) {
     (report.steps, report.launches, report.regenerations, report.block_steps, report.group_steps)
 }
 
-fn schedules() -> Vec<(String, Schedule)> {
+/// Roulette that lanes share draws otherwise where these come from several tiles: then only what keeps whole tiles.
+fn schedules(roulette: Option<&dyn Roulette>) -> Vec<(String, Schedule)> {
     let mut all = vec![("never".to_owned(), Schedule::never()), ("never, small pool".to_owned(), Schedule::never().with_pool_blocks(3))];
     all.push(("never, full launches".to_owned(), Schedule::never_full()));
     all.push(("block, full launches".to_owned(), Schedule::block().with_launch(LaunchScope::AllBlocks).with_pool_blocks(4)));
@@ -41,6 +42,14 @@ fn schedules() -> Vec<(String, Schedule)> {
     all.push(("block, along the curve".to_owned(), Schedule::block().with_order(Morton).with_pool_blocks(8)));
     all.push(("megakernel, along the curve".to_owned(), Schedule::megakernel().with_order(Morton).with_pool_blocks(3)));
     all.push(("never, passes apart".to_owned(), Schedule::never().with_ring(1)));
+    if roulette.is_none_or(|roulette| !roulette.scope().is_shared()) {
+        for (name, schedule) in [("per-lane", Schedule::per_lane()), ("compaction", Schedule::compaction())] {
+            all.push((name.to_owned(), schedule.clone()));
+            all.push((format!("{name}, small pool"), schedule.with_pool_blocks(3)));
+        }
+        all.push(("per-lane, along the curve".to_owned(), Schedule::per_lane().with_order(Morton).with_pool_blocks(2)));
+        all.push(("compaction in banks".to_owned(), Schedule::compaction().with_pool_blocks(5).with_bank_blocks(2)));
+    }
     all.push(("megakernel".to_owned(), Schedule::megakernel()));
     all.push(("megakernel, small launches".to_owned(), Schedule::megakernel().with_pool_blocks(2)));
     all
@@ -60,7 +69,7 @@ fn compare_under(
 ) -> Option<(Film, Report)> {
     let gpu = gpu()?;
     let mut films: Vec<(String, Film, Report)> = Vec::new();
-    for (name, schedule) in schedules() {
+    for (name, schedule) in schedules(roulette.as_deref()) {
         let schedule = schedule.with_roulette(roulette.clone());
         let (film, report) = run(gpu, program, source, passes, &schedule);
         assert!(film.samples().iter().all(|samples| *samples == passes), "{name}: samples are missing");

@@ -82,7 +82,7 @@ fn measured(begun: &[Begun], workload: &Workload, done: u32) -> Vec<u32> {
 }
 
 /// All tiles by the interleaved bits of row and column.
-fn along_the_curve(workload: &Workload) -> Vec<u32> {
+pub(crate) fn along_the_curve(workload: &Workload) -> Vec<u32> {
     let code = |tile: u32| {
         let (x, y) = (u64::from(tile % workload.columns), u64::from(tile / workload.columns));
         (0..32).map(|bit| (x >> bit & 1) << (2 * bit) | (y >> bit & 1) << (2 * bit + 1)).sum::<u64>()

@@ -3,9 +3,12 @@
 use std::collections::HashSet;
 
 use wavepool::replay::{Replay, WIDTHS};
-use wavepool_tests::workloads::{LENGTHS, Order, Workload};
+use wavepool_tests::workloads::{LENGTHS, Order, Portion, Workload};
 
-use crate::brute_force::brute_force;
+use crate::{
+    brute_force::brute_force,
+    brute_lanes::{Found, brute_lanes},
+};
 
 /// Workloads per order, with and without regeneration each.
 const WORKLOADS: u64 = 1000;
@@ -39,6 +42,40 @@ fn replay_is_what_brute_force_finds() {
         assert_eq!(seen.regenerations, expected.regenerations, "{name}");
         assert_eq!(seen.resolved_after, expected.resolved_after, "{name}");
         assert_eq!(*seen, expected, "{name}");
+    });
+}
+
+/// Items handed to lanes, in place and packed, in one bank and in several.
+/// Kills, each planted by itself in the replay: an item given to a lane that lives; a place without an item that is skipped, or that counts
+/// as outstanding; a list made anew only when something is handed out; new lanes before the living ones; a list through all banks; a fill
+/// that outlives an empty pool; a ring one pass too long.
+#[test]
+fn replay_of_lanes_is_what_brute_force_finds() {
+    let portions = [1, 3, 4].map(Portion::Lanes).into_iter().chain([1, 4, 8].map(Portion::Packed));
+    std::thread::scope(|scope| {
+        for (portion, order) in portions.flat_map(|portion| [Order::Scanline, Order::Morton].map(|order| (portion, order))) {
+            scope.spawn(move || {
+                for number in 0..WORKLOADS / 3 {
+                    let mut workload = Workload::draw(number, order, true);
+                    workload.portion = Some(portion);
+                    workload.shorten(if number % 20 == 0 { 200 } else { 30 });
+                    let bank = workload.pool.div_ceil(1 + number as u32 % 3);
+                    let seen = workload.replay_in_banks(workload.pool, bank, workload.ring);
+                    let expected = brute_lanes(&workload, portion, bank);
+                    let occupancy = seen.occupancy;
+                    let found = Found {
+                        live_blocks: seen.live_blocks,
+                        launched_blocks: seen.launched_blocks,
+                        live_lanes: seen.live_lanes,
+                        regenerations: seen.regenerations,
+                        resolved_after: seen.resolved_after,
+                        useful: occupancy.useful,
+                        launched: occupancy.launched,
+                    };
+                    assert_eq!(found, expected, "{}, banks of {bank}", workload.name());
+                }
+            });
+        }
     });
 }
 

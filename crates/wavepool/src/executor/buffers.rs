@@ -55,7 +55,7 @@ impl Buffers {
         };
         let buffer = |label: &str, words: u64| with_usage(label, words, wgpu::BufferUsages::STORAGE);
         let control = buffer("control", Control::words(sizes.pool_blocks, sizes.ordered_tiles))?;
-        let counters = buffer("counters", control::counter_words(sizes.pool_blocks, sizes.ordered_tiles, sizes.group_words))?;
+        let counters = buffer("counters", control::counter_words(sizes.pool_blocks, sizes.ordered_tiles, sizes.extra_words))?;
         let words = u64::from(control::arguments::words(sizes.banks));
         let arguments = with_usage("arguments", words, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT)?;
         let results = buffer("results", sizes.result_words())?;
@@ -138,8 +138,8 @@ impl Buffers {
             encoder.clear_buffer(buffer, 0, None);
         }
         let mut words: Vec<u32> = bytemuck::cast_slice(bytemuck::bytes_of(head)).to_vec();
-        // Every ring slot waits for all tiles of its first pass; nothing is counted; no block has a tile.
-        words.resize(words.len() + control::MAX_RING as usize, self.sizes.tiles);
+        // Every ring slot waits for all of its first pass; nothing is counted; no block has a tile.
+        words.resize(words.len() + control::MAX_RING as usize, self.sizes.outstanding);
         words.resize(Control::block_table() as usize / 4, 0);
         words.resize(words.len() + self.sizes.pool_blocks as usize, control::NONE);
         queue.write_buffer(&self.control, 0, bytemuck::cast_slice(&words));

@@ -118,7 +118,7 @@ impl SchedulerBuilder<'_> {
         // A program that does not say how likely a walk survives has no roulette, whatever the schedule offers.
         schedule.roulette = schedule.roulette.filter(|_| program.has_roulette());
         let linked = link(program, source.as_ref(), &schedule, &instruments, tick_lanes(device), &faults)?;
-        let plan = Plan::new(schedule.execution, schedule.launch, program.stages(), instruments.checked);
+        let plan = Plan::new(schedule.execution, schedule.launch, schedule.grain(), program.stages(), instruments.checked);
         let kernels = Kernels::new(device, program, &plan, &linked, &resources, &cache)?;
         Ok(Scheduler {
             device: device.clone(),
@@ -260,7 +260,7 @@ impl Scheduler {
         let mut schedule = self.schedule.clone();
         schedule.roulette = schedule.roulette.filter(|_| program.has_roulette());
         let linked = link(program, self.source.as_ref(), &schedule, &self.instruments, tick_lanes(&self.device), &self.faults)?;
-        let plan = Plan::new(schedule.execution, schedule.launch, program.stages(), self.instruments.checked);
+        let plan = Plan::new(schedule.execution, schedule.launch, schedule.grain(), program.stages(), self.instruments.checked);
         let kernels = Kernels::new(&self.device, program, &plan, &linked, &self.resources, &self.cache)?;
         self.program = program.clone();
         self.layout = linked.layout;
@@ -324,10 +324,9 @@ impl Scheduler {
             stride: self.layout.stride(),
             result: &self.program.interface().result,
             is_order_measured: matches!(self.schedule.order.rule(), OrderRule::Measured(_)),
-            group_words: match self.schedule.execution {
-                Execution::Wavefront => self.schedule.roulette.as_ref().map_or(0, |roulette| roulette.scope().words_per_block()),
-                Execution::Megakernel => 0,
-            },
+            grain: self.schedule.grain(),
+            scope: self.schedule.roulette.as_ref().map(|roulette| roulette.scope()),
+            pass_items: self.source.pixels(),
             binding: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
         })
     }

@@ -108,6 +108,7 @@ impl Scheduler {
             banks: sizes.banks,
             bank_blocks: sizes.bank_blocks,
             record: sizes.record_steps,
+            pass_items: self.source.pixels(),
             ..Control::default()
         };
         let expand = |launches: &[Launch]| -> Vec<Dispatch> {
@@ -386,7 +387,7 @@ impl Run<'_> {
             size => {
                 let offset = match size {
                     Size::NewBlocks => of_bank(arguments::GENERATE),
-                    Size::LiveBlocks | Size::FilledBlocks => of_bank(arguments::STAGE),
+                    Size::LiveBlocks | Size::FilledBlocks | Size::PackedLanes => of_bank(arguments::STAGE),
                     _ => arguments::RESOLVE,
                 };
                 pass.dispatch_workgroups_indirect(&self.buffers.arguments, u64::from(offset) * 4);

@@ -8,7 +8,8 @@ use crate::{
     control::{MAX_BANKS, MAX_RING, record},
     film::planes_of,
     layout::{BLOCK, Leaf},
-    policy::Execution,
+    policy::{Execution, Grain, RouletteScope},
+    shader::extra_counters,
 };
 
 /// What a run asks for.
@@ -34,8 +35,12 @@ pub(super) struct Demand<'a> {
     pub(super) result: &'a [Leaf],
     /// True when the order of the tiles is kept on the device.
     pub(super) is_order_measured: bool,
-    /// Words of counters per block for roulette by group.
-    pub(super) group_words: u32,
+    /// In which portions work is handed out.
+    pub(super) grain: Grain,
+    /// Who shares a draw of roulette, if there is any.
+    pub(super) scope: Option<RouletteScope>,
+    /// Items of a pass.
+    pub(super) pass_items: u32,
     /// Bytes that one binding can hold.
     pub(super) binding: u64,
 }
@@ -49,8 +54,10 @@ pub(super) struct Sizes {
     pub(super) tiles: u32,
     /// Tiles that a measured order sorts; 0 for formulas.
     pub(super) ordered_tiles: u32,
-    /// Words of counters per block for roulette by group.
-    pub(super) group_words: u32,
+    /// Words of counters per block besides those that every block has.
+    pub(super) extra_words: u32,
+    /// What a pass waits for: tiles, or items where lanes receive these.
+    pub(super) outstanding: u32,
     pub(super) result_planes: u32,
     pub(super) film_planes: u32,
     /// Blocks in every bank but the last, which may have fewer.
@@ -133,7 +140,8 @@ impl Sizes {
             ring,
             tiles: demand.tiles,
             ordered_tiles,
-            group_words: demand.group_words,
+            extra_words: if is_wavefront { extra_counters(demand.grain, demand.scope, ring) } else { 0 },
+            outstanding: if demand.grain.is_by_lane() { demand.pass_items } else { demand.tiles },
             result_planes,
             film_planes,
             bank_blocks,
@@ -196,7 +204,9 @@ mod tests {
             stride: 20 * 256,
             result: &result,
             is_order_measured: false,
-            group_words: 0,
+            grain: Grain::Tiles,
+            scope: None,
+            pass_items: 100 * 256,
             binding: 128 << 20,
         };
         change(&mut demand);

@@ -41,7 +41,8 @@ pub struct LaneState {
     pub lane: u32,
     /// Its block.
     pub block: u32,
-    /// The tile of the block, its pass and the pixel of the lane's item; `None` where there is none.
+    /// The tile of the block, its pass and the pixel of the lane's item; `None` where there is none. Where lanes receive single items, the
+    /// tile that the item stems from, while the walk goes on.
     pub tile: Option<u32>,
     /// The pass of the tile.
     pub pass_index: u32,
@@ -104,12 +105,20 @@ impl Run<'_> {
                     entry.insert(read_words(device, queue, bank, from, stride, "reading a block")?)
                 }
             };
-            let tile = Some(of_block(BLOCK_TILE, block)).filter(|tile| *tile != NONE);
-            let pass_index = of_block(BLOCK_PASS, block);
-            let born = of_block(BLOCK_BIRTH, block);
-            // The tick has counted the step to come, in which the tiles it has just handed out are born.
-            let is_alive = tile.is_some() && born < control.step && words[index] != 0;
             let layout = &self.scheduler.layout;
+            // The tick has counted the step to come, in which what it has just handed out is born.
+            let (item, pass_index, born) = match layout.item_plane {
+                None => {
+                    let tile = Some(of_block(BLOCK_TILE, block)).filter(|tile| *tile != NONE);
+                    (tile.map(|tile| (tile, lane % BLOCK)), of_block(BLOCK_PASS, block), of_block(BLOCK_BIRTH, block))
+                }
+                Some(plane) => {
+                    let word = |plane: u32| words[plane as usize * BLOCK as usize + index];
+                    let item = Some(word(plane)).filter(|_| words[index] != 0);
+                    (item.map(|place| (place / BLOCK, place % BLOCK)), word(plane + 1), words[index])
+                }
+            };
+            let is_alive = item.is_some() && born < control.step && words[index] != 0;
             let mut values = vec![None; shot.fields.len()];
             for cell in layout.cells.iter().filter(|cell| is_alive && generated.contains(cell.leaves.start)) {
                 let Some(plane) = layout.plane_of[cell.leaves.start] else { continue };
@@ -126,9 +135,9 @@ impl Run<'_> {
             shot.lanes.push(LaneState {
                 lane,
                 block,
-                tile,
+                tile: item.map(|(tile, _)| tile),
                 pass_index,
-                pixel: tile.and_then(|tile| self.scheduler.source.pixel(tile, lane % BLOCK)),
+                pixel: item.and_then(|(tile, index)| self.scheduler.source.pixel(tile, index)),
                 sample: control.first_sample + pass_index,
                 steps: control.step.saturating_sub(born),
                 is_alive,

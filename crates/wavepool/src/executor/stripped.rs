@@ -213,7 +213,7 @@ fn stripped_size(dispatch: &Dispatch, step: usize, recording: &Recording) -> Opt
     let (after, place) = match (&dispatch.launch.kernel, dispatch.launch.size) {
         (Kernel::Tick, _) => return None,
         (_, Size::NewBlocks) => (false, of_bank(arguments::GENERATE)),
-        (_, Size::LiveBlocks | Size::FilledBlocks) => (false, of_bank(arguments::STAGE)),
+        (_, Size::LiveBlocks | Size::FilledBlocks | Size::PackedLanes) => (false, of_bank(arguments::STAGE)),
         (_, Size::FinishedTiles) => (true, arguments::RESOLVE),
         _ => return None,
     };

@@ -11,7 +11,7 @@ use super::{
     sharing::{most_live, share},
 };
 use crate::{
-    policy::RouletteScope,
+    policy::{Grain, RouletteScope},
     shader::{Interface, LeafSet, StateArray, Summary, Written, join_alternatives, then},
 };
 
@@ -29,6 +29,8 @@ pub struct KernelTraffic {
     /// Stored by lanes that continue.
     pub store: LeafSet,
     words: (usize, usize),
+    /// Words that the lane's item and the list of lanes add to what is read, and what is remembered of a seat.
+    item_words: (usize, usize),
     /// True when `finish` may run in it.
     pub(super) ends: bool,
 }
@@ -36,7 +38,7 @@ pub struct KernelTraffic {
 impl KernelTraffic {
     /// Bytes read and written per lane that continues, the lane's flag included.
     pub fn bytes(&self) -> (usize, usize) {
-        (4 + 4 * self.words.0, 4 * self.words.1)
+        (4 + 4 * (self.words.0 + self.item_words.0), 4 * (self.words.1 + self.item_words.1))
     }
 }
 
@@ -78,6 +80,10 @@ pub struct Layout {
     pub kernels: Vec<KernelTraffic>,
     /// Behind the other planes, and never shared.
     pub arrays: Vec<ArrayPlanes>,
+    /// Where items are handed out to single lanes, behind all others: the place of the lane's item and its pass; of packed lanes also the
+    /// list of the lanes, and, when groups of them share a draw, the seat in which the lane announced its chance.
+    pub item_plane: Option<u32>,
+    item_planes: u32,
     unshared: u32,
     least: u32,
 }
@@ -85,6 +91,11 @@ pub struct Layout {
 impl Layout {
     /// 32-bit planes per block, the flag included.
     pub fn planes(&self) -> u32 {
+        self.state_planes() + self.item_planes
+    }
+
+    /// Those that are not the scheduler's own.
+    fn state_planes(&self) -> u32 {
         let end = |array: &ArrayPlanes| array.plane.map(|plane| plane + array.planes());
         self.arrays.iter().filter_map(end).max().unwrap_or(self.leaf_planes())
     }
@@ -96,12 +107,12 @@ impl Layout {
 
     /// Planes that there would be if each cell had one of its own.
     pub fn planes_unshared(&self) -> u32 {
-        self.unshared
+        self.unshared + self.item_planes
     }
 
     /// Fewer planes are impossible: what is kept at the busiest border of stages.
     pub fn planes_at_least(&self) -> u32 {
-        self.least
+        self.least + self.item_planes
     }
 
     /// Bytes of state per lane.
@@ -172,8 +183,8 @@ fn kernel_summary(stage: &Summary, survival: &Summary, reweight: &Summary) -> Su
     whole
 }
 
-/// Lays out the state of a program under roulette of the given scope, or none.
-pub(crate) fn lay_out(interface: &Interface, scope: Option<RouletteScope>, is_sharing: bool) -> Layout {
+/// Lays out the state of a program under roulette of the given scope, or none, and regeneration of the given grain.
+pub(crate) fn lay_out(interface: &Interface, scope: Option<RouletteScope>, grain: Grain, is_sharing: bool) -> Layout {
     let over = |summary: &Summary| over_cells(&interface.cells, summary);
     let roulette = interface.survival.as_ref().map(over).zip(interface.reweight.as_ref().map(over));
     let finish = over(&interface.finish);
@@ -247,7 +258,13 @@ pub(crate) fn lay_out(interface: &Interface, scope: Option<RouletteScope>, is_sh
         let moved = (words(&interface.cells, &load), words(&interface.cells, &store));
         let ends = kernels[index].on_finish.is_some() || (is_shared && index == 0);
         let stage = interface.stages[index].name.clone();
-        traffic.push(KernelTraffic { stage, load, load_late, load_killed, store, words: moved, ends });
+        let (packs, gambles) = (grain == Grain::PackedLanes, index == last && scope.is_some() && !is_shared);
+        let seats = packs && matches!(scope, Some(RouletteScope::Group(_)));
+        let item_words = (
+            usize::from(packs) + 2 * usize::from(grain.is_by_lane() && gambles) + usize::from(seats && index == 0),
+            usize::from(seats && index == last),
+        );
+        traffic.push(KernelTraffic { stage, load, load_late, load_killed, store, words: moved, item_words, ends });
     }
     let cells: Vec<&Cell> = interface.cells.iter().filter(|cell| cell.touches(&kept)).collect();
     // The sets hold whole cells: the first leaf stands for all.
@@ -273,5 +290,12 @@ pub(crate) fn lay_out(interface: &Interface, scope: Option<RouletteScope>, is_sh
     let in_arrays: u32 = arrays.iter().filter(|array| array.plane.is_some()).map(ArrayPlanes::planes).sum();
     let (unshared, least) = (1 + cells.len() as u32 + in_arrays, 1 + most_live(&first, &live_in) + in_arrays);
     let (leaves, cells) = (interface.leaves.clone(), interface.cells.clone());
-    Layout { leaves, cells, plane_of, generate, kernels: traffic, arrays, unshared, least }
+    let item_planes = match grain {
+        Grain::Tiles => 0,
+        Grain::Lanes => 2,
+        Grain::PackedLanes => 3 + u32::from(matches!(scope, Some(RouletteScope::Group(_)))),
+    };
+    let mut layout = Layout { leaves, cells, plane_of, generate, kernels: traffic, arrays, item_plane: None, item_planes, unshared, least };
+    layout.item_plane = (item_planes > 0).then(|| layout.state_planes());
+    layout
 }

@@ -17,7 +17,7 @@ mod work_source;
 pub use choice::Choice;
 pub use execution::Execution;
 pub use launch_scope::{LAUNCHES, LaunchScope};
-pub use regeneration::{BlockInPlace, NeverRegenerate, Regeneration};
+pub use regeneration::{BlockInPlace, Grain, LaneInPlace, NeverRegenerate, Regeneration, StreamCompaction};
 pub use roulette::{PerBlock, PerGroup, PerLane, ROULETTES, Roulette, RouletteScope, Statistic};
 pub use tile_order::{
     DepthDecayed, DepthMax, DepthMean, MAX_KEY, Morton, ORDERS, OrderRule, Scanline, TileFormula, TileMeasure, TileOrder,

@@ -1,15 +1,44 @@
-//! When dead blocks receive new tiles.
+//! When the dead receive new work, and in which portions.
 //!
-//! Key decision: the tick asks one yes-or-no question per step; which block gets which tile is never a policy's business, it follows
-//! from the order of the blocks. The tick asks only when the queue holds tiles and some block is dead.
-//! Source: Frolov and Galaktionov, *Low overhead path regeneration*, 2016, the threshold rule.
+//! Key decision: the tick asks one yes-or-no question per step; which block gets which tile, and which lane which item, is never a policy's
+//! business, it follows from the order of the blocks and of the lanes in them. The tick asks only when the queue holds work and somebody is
+//! dead, or when lanes could be packed. What a policy also says, once, is its [`Grain`]: whole tiles, or single items.
+//! Sources: Frolov and Galaktionov, *Low overhead path regeneration*, 2016, the threshold rule; Novak, Havran and Dachsbacher, *Path
+//! regeneration for interactive path tracing*, 2010, lanes in place; van Antwerpen, *Improving SIMD efficiency for parallel Monte Carlo
+//! light transport on the GPU*, 2011, stream compaction.
 
 use std::fmt::Debug;
 
-/// Decides in which steps dead blocks receive new tiles.
+/// In which portions work is handed out, and over what the stages are launched.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Grain {
+    /// A tile to a block whose lanes are all dead; the block's number says which item a lane has.
+    #[default]
+    Tiles,
+    /// An item to any dead lane, in place. A lane keeps the number of its item as state: 8 bytes.
+    Lanes,
+    /// The same, and the stages are launched over a list of the live lanes, without gaps when it has just been made. The state stays where
+    /// it is and is reached through the list: 4 bytes more per lane. The list is made anew whenever the policy says yes.
+    PackedLanes,
+}
+
+impl Grain {
+    /// True when lanes of one block may walk items of several tiles.
+    pub fn is_by_lane(self) -> bool {
+        self != Grain::Tiles
+    }
+
+    /// What is counted as live and dead.
+    pub fn unit(self) -> &'static str {
+        if self.is_by_lane() { "lanes" } else { "blocks" }
+    }
+}
+
+/// Decides in which steps the dead receive new work.
 ///
 /// Must: give the same answer on both faces; use nothing but the arguments. May: answer yes at any time. Unspecified: how many steps pass
-/// between two questions. When no block lives nobody is asked: tiles are handed out.
+/// between two questions. When nobody lives nobody is asked: work is handed out.
 pub trait Regeneration: Debug + Send + Sync {
     /// One word, as in `--schedule`.
     fn name(&self) -> &str;
@@ -19,8 +48,13 @@ pub trait Regeneration: Debug + Send + Sync {
         self.name().to_owned()
     }
 
-    /// WGSL that declares `fn wf_regenerate(live: u32, dead: u32, step: u32) -> bool`: blocks that live, blocks that do not, steps
-    /// done so far.
+    /// What is handed out to whom.
+    fn grain(&self) -> Grain {
+        Grain::Tiles
+    }
+
+    /// WGSL that declares `fn wf_regenerate(live: u32, dead: u32, step: u32) -> bool`: blocks that live, blocks that do not (lanes, when the
+    /// grain is finer than tiles: up to 2^27 of them), steps done so far.
     fn wgsl(&self) -> String;
 
     /// The same decision on the host.
@@ -99,4 +133,92 @@ impl Regeneration for BlockInPlace {
     fn regenerate(&self, live: u32, dead: u32, step: u32) -> bool {
         live == 0 || (step.is_multiple_of(self.check_every) && dead.wrapping_mul(256) > live.wrapping_mul(self.threshold_256))
     }
+}
+
+/// A dead lane takes the next item at once, where it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LaneInPlace {
+    check_every: u32,
+}
+
+impl LaneInPlace {
+    /// Hands out items in every `check_every`-th step (at least 1).
+    pub fn new(check_every: u32) -> Self {
+        LaneInPlace { check_every: check_every.max(1) }
+    }
+}
+
+impl Default for LaneInPlace {
+    /// In every step.
+    fn default() -> Self {
+        LaneInPlace::new(1)
+    }
+}
+
+impl Regeneration for LaneInPlace {
+    fn name(&self) -> &str {
+        "per-lane"
+    }
+
+    fn spec(&self) -> String {
+        format!("per-lane,check_every={}", self.check_every)
+    }
+
+    fn grain(&self) -> Grain {
+        Grain::Lanes
+    }
+
+    fn wgsl(&self) -> String {
+        every_wgsl(self.check_every)
+    }
+
+    fn regenerate(&self, live: u32, _dead: u32, step: u32) -> bool {
+        live == 0 || step.is_multiple_of(self.check_every)
+    }
+}
+
+/// Live lanes are listed without gaps every few steps, and new items begin behind them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StreamCompaction {
+    every: u32,
+}
+
+impl StreamCompaction {
+    /// Compacts in every `every`-th step (at least 1).
+    pub fn new(every: u32) -> Self {
+        StreamCompaction { every: every.max(1) }
+    }
+}
+
+impl Default for StreamCompaction {
+    /// In every fourth step: the more frequent of the two that van Antwerpen reports.
+    fn default() -> Self {
+        StreamCompaction::new(4)
+    }
+}
+
+impl Regeneration for StreamCompaction {
+    fn name(&self) -> &str {
+        "compaction"
+    }
+
+    fn spec(&self) -> String {
+        format!("compaction,every={}", self.every)
+    }
+
+    fn grain(&self) -> Grain {
+        Grain::PackedLanes
+    }
+
+    fn wgsl(&self) -> String {
+        every_wgsl(self.every)
+    }
+
+    fn regenerate(&self, live: u32, _dead: u32, step: u32) -> bool {
+        live == 0 || step.is_multiple_of(self.every)
+    }
+}
+
+fn every_wgsl(steps: u32) -> String {
+    format!("fn wf_regenerate(live: u32, dead: u32, step: u32) -> bool {{ return live == 0u || step % {steps}u == 0u; }}\n")
 }

@@ -14,7 +14,7 @@ use crate::{
     control::TICK_LANES,
     error::Error,
     layout::{Layout, Storage, cells, lay_out},
-    policy::{ImageTiles, RouletteScope, WorkSource},
+    policy::{Grain, ImageTiles, RouletteScope, WorkSource},
     shader::{
         Composition, Constant, Diagnostic, GENERATED, Interface, SourceModule, Sources, Summary, compose, find_arrays, header, inspect,
         link, plain_accessors,
@@ -113,7 +113,12 @@ impl Program {
 
     /// What is kept where, and who moves it; it depends on who shares a draw of roulette, if there is any.
     pub fn layout(&self, roulette: Option<RouletteScope>) -> Layout {
-        lay_out(&self.interface, roulette.filter(|_| self.has_roulette()), self.is_sharing)
+        self.layout_at(roulette, Grain::Tiles)
+    }
+
+    /// The same where work is handed out in portions of `grain`.
+    pub fn layout_at(&self, roulette: Option<RouletteScope>, grain: Grain) -> Layout {
+        lay_out(&self.interface, roulette.filter(|_| self.has_roulette()), grain, self.is_sharing)
     }
 
     /// What a stage reads and writes, by name.

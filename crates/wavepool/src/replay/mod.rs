@@ -6,6 +6,7 @@
 //!
 //! **Invariant:** for every device-decided wavefront schedule, [`Replay`] equals the device's counters exactly.
 
+mod lanes;
 mod occupancy;
 mod queue;
 
@@ -51,18 +52,28 @@ pub struct Assignment {
 pub struct Replay {
     /// Live blocks in each step.
     pub live_blocks: Vec<u32>,
-    /// Work-groups that each stage is launched with in each step: live blocks, or all of the current fill.
+    /// Work-groups that each stage is launched with in each step: live blocks, all of the current fill, or as many as the lists of packed
+    /// lanes need.
     pub launched_blocks: Vec<u32>,
     /// Lanes alive at the beginning of each step.
     pub live_lanes: Vec<u32>,
-    /// Tiles handed out at each regeneration, in order.
+    /// Tiles (or lanes that received an item) at each regeneration, in order.
     pub regenerations: Vec<u32>,
-    /// Every assignment, in order.
+    /// Every assignment, in order; empty where lanes receive single items.
     pub assignments: Vec<Assignment>,
     /// Ticks after which a pass was resolved, by pass: the number of steps done by then.
     pub resolved_after: Vec<u32>,
     /// Useful and launched lane-steps.
     pub occupancy: Occupancy,
+    /// Where lanes receive single items.
+    lane_launches: Option<LaneLaunches>,
+}
+
+/// Sums over the steps of the banks in which a kernel had something to do.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct LaneLaunches {
+    stage: u64,
+    generate: u64,
 }
 
 impl Replay {
@@ -80,11 +91,18 @@ impl Replay {
     /// counts them.
     pub fn launches(&self, stages: usize) -> u64 {
         let ticks = 1 + self.steps();
+        if let Some(launches) = self.lane_launches {
+            return ticks + stages as u64 * launches.stage + launches.generate + self.resolved_after.len() as u64;
+        }
         ticks + stages as u64 * self.steps() + (self.regenerations.len() + self.resolved_after.len()) as u64
     }
 
-    /// The same for a pool in banks of `bank_blocks`, each of which takes launches of its own; `lengths` are those that were replayed.
+    /// The same for a pool in banks of `bank_blocks`, each of which takes launches of its own; `lengths` are those that were replayed. Where
+    /// lanes receive single items, [`replay_in_banks`] has been told of the banks, and they are not asked for here.
     pub fn launches_in_banks(&self, stages: usize, bank_blocks: u32, lengths: &dyn WalkLengths) -> u64 {
+        if self.lane_launches.is_some() {
+            return self.launches(stages);
+        }
         let bank_blocks = bank_blocks.max(1);
         let mut alive = vec![BTreeSet::new(); self.live_blocks.len()];
         let mut born = BTreeSet::new();
@@ -132,6 +150,21 @@ struct Block {
 
 /// Re-enacts `schedule` on `passes` passes of `source` with a pool of `pool_blocks` and results of `ring` passes in flight.
 pub fn replay(schedule: &Schedule, source: &dyn WorkSource, passes: u32, pool_blocks: u32, ring: u32, lengths: &dyn WalkLengths) -> Replay {
+    replay_in_banks(schedule, source, passes, [pool_blocks, pool_blocks], ring, lengths)
+}
+
+/// The same for a pool in banks of `bank_blocks`, where these matter: packed lanes have a list in each bank.
+pub fn replay_in_banks(
+    schedule: &Schedule,
+    source: &dyn WorkSource,
+    passes: u32,
+    [pool_blocks, bank_blocks]: [u32; 2],
+    ring: u32,
+    lengths: &dyn WalkLengths,
+) -> Replay {
+    if schedule.grain().is_by_lane() {
+        return lanes::replay_lanes(schedule, source, passes, [pool_blocks, bank_blocks], ring, lengths);
+    }
     let mut state = State {
         pool: (0..pool_blocks.max(1)).map(|_| None).collect(),
         outstanding: vec![source.tiles(); ring.max(1) as usize],

@@ -13,11 +13,12 @@ use std::fmt::Write as _;
 use super::{
     Summary,
     generate::{Glue, MEGAKERNEL_HEAD, call_stages, settle_born},
+    items,
     storage::settle,
 };
 use crate::{
     layout::BLOCK,
-    policy::{Execution, OrderRule, RouletteScope, Statistic},
+    policy::{Execution, Grain, OrderRule, RouletteScope, Statistic},
 };
 
 /// One word from four counters, apart from every stream of the program: pcg4d of Jarzynski and Olano, JCGT 9(3), 2020.
@@ -129,40 +130,56 @@ pub(super) fn announce_chance(glue: &Glue, place: &str, indent: &str, out: &mut 
 /// Where a lane of a wavefront announces its chance.
 pub(super) fn place_of_chance(glue: &Glue) -> String {
     match glue.scope() {
-        Some(RouletteScope::Group(_)) => {
-            "&wf_counters[wf_group_chance(wf_block, wf_lane, wf_control.step - wf_block_birth(wf_block) + 1u)]".into()
-        }
+        Some(RouletteScope::Group(_)) => format!("&wf_counters[{}]", items::chance_word(glue, "1u")),
         _ => "&wf_counters[wf_chance_counter(wf_block)]".into(),
     }
 }
 
 /// At birth: clears what the first step announces into.
-pub(super) fn clear_first(glue: &Glue) -> &'static str {
+pub(super) fn clear_first(glue: &Glue) -> String {
     match glue.scope() {
-        Some(RouletteScope::Group(_)) => "atomicStore(&wf_counters[wf_group_chance(wf_block, wf_lane, 1u)], 0u);\n    ",
-        _ => "",
+        // Packed lanes have done so when they took their seats.
+        Some(RouletteScope::Group(_)) if glue.grain() != Grain::PackedLanes => {
+            format!("atomicStore(&wf_counters[{}], 0u);\n    ", items::chance_word(glue, "1u"))
+        }
+        _ => String::new(),
     }
+}
+
+/// What the group has drawn. Where lanes of several items share a group, the draw is keyed by the place of the group and the step of the run.
+fn group_inverse(glue: &Glue) -> String {
+    if glue.grain() == Grain::Tiles {
+        return "        let wf_word = atomicLoad(&wf_counters[wf_group_chance(wf_block, wf_lane, wf_age)]);\n        \
+                let wf_sample = wf_control.first_sample + wf_block_pass(wf_block);\n        \
+                wf_inverse = wf_pin_f32(wf_group_inverse(wf_word, wf_block_tile(wf_block), wf_lane, wf_sample, wf_age - 1u));\n"
+            .into();
+    }
+    format!(
+        "{}        let wf_word = atomicLoad(&wf_counters[wf_group_chance(wf_announced_block, wf_announced_lane, wf_control.step)]);\n        \
+         let wf_drawn_in = wf_control.step - 1u;\n        \
+         wf_inverse = wf_pin_f32(wf_group_inverse(wf_word, wf_announced_block, wf_announced_lane, wf_control.first_sample, wf_drawn_in));\n",
+        items::announced_seat(glue)
+    )
 }
 
 /// Carries out what has been drawn for the block or the group; `finish` ends the walk of the lane.
 pub(super) fn obey(glue: &Glue, out: &mut String, finish: impl Fn(&mut String)) {
-    out.push_str(match glue.scope() {
+    match glue.scope() {
         Some(RouletteScope::Group(_)) => {
-            "    let wf_age = wf_control.step - wf_block_birth(wf_block);\n    \
-             atomicStore(&wf_counters[wf_group_chance(wf_block, wf_lane, wf_age + 2u)], 0u);\n    \
-             var wf_inverse = 1.0;\n    \
-             if (wf_age > 0u) {\n        \
-             let wf_word = atomicLoad(&wf_counters[wf_group_chance(wf_block, wf_lane, wf_age)]);\n        \
-             let wf_sample = wf_control.first_sample + wf_block_pass(wf_block);\n        \
-             wf_inverse = wf_pin_f32(wf_group_inverse(wf_word, wf_block_tile(wf_block), wf_lane, wf_sample, wf_age - 1u));\n    \
-             }\n"
+            let _ = write!(
+                out,
+                "    let wf_age = {};\n    \
+                 atomicStore(&wf_counters[{}], 0u);\n    \
+                 var wf_inverse = 1.0;\n    \
+                 if (wf_age > 0u) {{\n{}    }}\n",
+                items::item(glue).age,
+                items::chance_word(glue, "2u"),
+                group_inverse(glue)
+            );
         }
-        _ => "    let wf_inverse = bitcast<f32>(wf_block_inverse(wf_block));\n",
-    });
-    out.push_str(
-        "    if (wf_inverse == 0.0) {\n        \
-         atomicAdd(&wf_counters[wf_killed_counter(wf_block)], 1u);\n",
-    );
+        _ => out.push_str("    let wf_inverse = bitcast<f32>(wf_block_inverse(wf_block));\n"),
+    }
+    let _ = write!(out, "    if (wf_inverse == 0.0) {{\n        atomicAdd(&wf_counters[{}], 1u);\n", items::killed_counter(glue));
     finish(out);
     let _ = writeln!(out, "    }}\n    if (wf_inverse != 1.0) {{\n        {}(&wf_state, wf_inverse);", glue.names.reweight);
     settle_after(glue, &glue.interface.reweight, "        ", out);

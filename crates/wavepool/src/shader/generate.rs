@@ -9,13 +9,13 @@
 use std::fmt::Write as _;
 
 use super::{
-    Interface, LeafSet, arrays, gamble,
+    Interface, LeafSet, arrays, gamble, items,
     storage::{load, pin, poison_planes, poison_state, settle, settle_stage, store, to_word},
 };
 use crate::{
     Instruments, control,
     layout::{BLOCK, Layout, Scalar},
-    policy::{Execution, LaunchScope, OrderRule, Regeneration, Roulette, RouletteScope, TileOrder, WorkSource},
+    policy::{Execution, Grain, LaunchScope, OrderRule, Regeneration, Roulette, RouletteScope, TileOrder, WorkSource},
     program::Gauge,
 };
 
@@ -41,6 +41,14 @@ impl Glue<'_> {
     /// Who shares a draw of roulette; `None` without roulette.
     pub(super) fn scope(&self) -> Option<RouletteScope> {
         self.roulette.map(Roulette::scope)
+    }
+
+    /// In which portions work is handed out; a megakernel's launch is the portion.
+    pub(super) fn grain(&self) -> Grain {
+        match self.execution {
+            Execution::Wavefront => self.regeneration.grain(),
+            Execution::Megakernel => Grain::Tiles,
+        }
     }
 
     pub(super) fn is_by_block(&self) -> bool {
@@ -79,8 +87,9 @@ pub(crate) fn tick_module(glue: &Glue) -> (String, String) {
             format!("const WF_READS_LANE_STEPS: bool = {reads};\n{}{}", measure.wgsl(), shader("scheduler::order_measured"))
         }
     };
+    let packs = glue.grain() == Grain::PackedLanes;
     let tick = format!(
-        "const WF_TICK_LANES: u32 = {}u;\n{}@group(0) @binding(0) var<storage, read_write> wf_control: WfControl;\n\
+        "const WF_TICK_LANES: u32 = {}u;\nconst WF_PACKS: bool = {packs};\n{}@group(0) @binding(0) var<storage, read_write> wf_control: WfControl;\n\
          @group(0) @binding(1) var<storage, read_write> wf_counters: array<atomic<u32>>;\n\
          @group(0) @binding(2) var<storage, read_write> wf_arguments: array<u32>;\n\
          @group(0) @binding(3) var<storage, read_write> wf_record: array<u32>;\n{}{}{}{}{}{}{}",
@@ -90,10 +99,15 @@ pub(crate) fn tick_module(glue: &Glue) -> (String, String) {
         order,
         glue.regeneration.wgsl(),
         gamble::tick(glue, shader),
-        glue.launch.tick_wgsl(),
+        items::counters(glue),
         shader("scheduler::arguments"),
         match glue.execution {
-            Execution::Wavefront => format!("{}{}", shader("scheduler::banks"), shader("scheduler::tick")),
+            Execution::Wavefront => {
+                let launch = if packs { shader("scheduler::launch_packed") } else { shader("scheduler::launch_blocks") };
+                let tick = if glue.grain().is_by_lane() { shader("scheduler::tick_lanes") } else { shader("scheduler::tick") };
+                let common = ["scheduler::sums", "scheduler::passes", "scheduler::banks"].map(shader).concat();
+                format!("{}{common}{launch}{tick}", glue.launch.tick_wgsl())
+            }
             Execution::Megakernel => shader("scheduler::advance").to_owned(),
         },
     );
@@ -137,15 +151,15 @@ pub(crate) fn kernels(glue: &Glue) -> String {
     pin(glue, &mut out);
     arrays::accessors(glue, &mut out);
     complete(glue, &mut out);
+    out.push_str(&items::counters(glue));
     match glue.execution {
         Execution::Wavefront => {
+            out.push_str(&items::generate_helpers(glue, scheduler_module));
             generate_kernel(glue, &mut out);
             (0..glue.interface.stages.len()).for_each(|index| stage_kernel(glue, index, &mut out));
         }
         Execution::Megakernel => {
-            if let OrderRule::Formula(formula) = glue.order.rule() {
-                out.push_str(&formula.wgsl());
-            }
+            out.push_str(&items::formula(glue));
             if glue.is_shared() {
                 gamble::lockstep_megakernel(glue, &mut out);
             } else {
@@ -154,6 +168,7 @@ pub(crate) fn kernels(glue: &Glue) -> String {
         }
     }
     if glue.instruments.checked {
+        let _ = writeln!(out, "const WF_BY_LANE: bool = {};", glue.grain().is_by_lane());
         let _ = writeln!(out, "const WF_STRIDE: u32 = {}u;", glue.layout.stride());
         let _ = writeln!(out, "const WF_RESULT_PLANES: u32 = {}u;", glue.interface.result.len() + 1);
         out.push_str(scheduler_module("scheduler::audit"));
@@ -199,17 +214,9 @@ fn generate_kernel(glue: &Glue, out: &mut String) {
         out,
         "@compute @workgroup_size({BLOCK})\n\
          fn wf_generate(@builtin(workgroup_id) wf_group: vec3u, @builtin(local_invocation_index) wf_lane: u32) {{\n    \
-         let wf_slot = wf_bank_new(wf_bank_of.x) + wf_group.x + wf_group.y * WF_MAX_GROUPS;\n    \
-         if (wf_slot >= wf_bank_new(wf_bank_of.x + 1u)) {{ return; }}\n    \
-         let wf_block = wf_new_block(wf_slot);\n    \
-         let wf_tile = wf_block_tile(wf_block);\n    \
-         let wf_base = (wf_block - wf_bank_of.y) * {}u + wf_lane;\n    \
-         let wf_item = wf_item_of(wf_tile, wf_block_pass(wf_block), wf_lane);\n    \
-         if (wf_item.pixel == WF_NONE) {{ wf_bank[wf_base] = 0u; return; }}\n    \
-         wf_bank[wf_base] = 1u;\n    \
-         {}{}{}var wf_state = {}();\n    \
+         {}{}{}{}var wf_state = {}();\n    \
          {}(&wf_state, wf_item);\n",
-        glue.layout.stride(),
+        items::enter_generate(glue),
         arrays::enter(glue),
         arrays::clear(glue),
         gamble::clear_first(glue),
@@ -261,13 +268,10 @@ fn stage_kernel(glue: &Glue, index: usize, out: &mut String) {
     let _ = write!(
         out,
         "@compute @workgroup_size({BLOCK})\n\
-         fn wf_stage_{}(@builtin(workgroup_id) wf_group: vec3u, @builtin(local_invocation_index) wf_lane: u32) {{\n    \
-         {}let wf_base = (wf_block - wf_bank_of.y) * {}u + wf_lane;\n    \
-         if (wf_bank[wf_base] == 0u) {{ return; }}\n    \
-         {}var wf_state = {}();\n",
+         fn wf_stage_{}(@builtin(workgroup_id) wf_group: vec3u, @builtin(local_invocation_index) wf_place: u32) {{\n    \
+         {}{}var wf_state = {}();\n",
         stage.name,
-        glue.launch.stage_wgsl(),
-        glue.layout.stride(),
+        items::enter_stage(glue),
         arrays::enter(glue),
         glue.interface.state
     );
@@ -283,9 +287,13 @@ fn stage_kernel(glue: &Glue, index: usize, out: &mut String) {
     if lane_gambles {
         let going_on = if stage.decides { "if (wf_verdict != FINISH) " } else { "" };
         let _ = writeln!(out, "    {going_on}{{");
-        out.push_str("        let wf_item = wf_item_of(wf_block_tile(wf_block), wf_block_pass(wf_block), wf_lane);\n");
-        out.push_str("        let wf_step = wf_control.step - wf_block_birth(wf_block);\n");
-        gamble::draw_lane(glue, "atomicAdd(&wf_counters[wf_killed_counter(wf_block)], 1u);", "        ", out);
+        let items::Item { tile, pass_index, index, age } = items::item(glue);
+        let _ = write!(
+            out,
+            "        let wf_item = wf_item_of({tile}, {pass_index}, {index});\n        \
+             let wf_step = {age};\n"
+        );
+        gamble::draw_lane(glue, &format!("atomicAdd(&wf_counters[{}], 1u);", items::killed_counter(glue)), "        ", out);
         out.push_str("    }\n");
     }
     if stage.decides || lane_gambles {
@@ -295,6 +303,9 @@ fn stage_kernel(glue: &Glue, index: usize, out: &mut String) {
     }
     if last && glue.is_shared() {
         gamble::announce_chance(glue, &gamble::place_of_chance(glue), "    ", out);
+        if matches!(glue.scope(), Some(RouletteScope::Group(_))) {
+            out.push_str(&items::remember_seat(glue));
+        }
     }
     store(glue, &traffic.store, out);
     out.push_str("}\n");
@@ -303,13 +314,13 @@ fn stage_kernel(glue: &Glue, index: usize, out: &mut String) {
 /// Ends the walk of this lane and leaves the kernel; `late` is what `finish` reads and nobody has loaded.
 fn finish_lane(glue: &Glue, late: &LeafSet, indent: &str, out: &mut String) {
     load(glue, late, indent, out);
+    let items::Item { tile, pass_index, index, age } = items::item(glue);
     let _ = write!(
         out,
-        "{indent}let wf_length = wf_control.step - wf_block_birth(wf_block) + 1u;\n\
-         {indent}wf_complete(&wf_state, wf_block_tile(wf_block), wf_block_pass(wf_block), wf_lane, wf_length);\n\
-         {indent}wf_bank[wf_base] = 0u;\n\
-         {indent}atomicSub(&wf_counters[wf_live_counter(wf_block)], 1u);\n\
-         {indent}return;\n"
+        "{indent}let wf_pass_index = {pass_index};\n\
+         {indent}wf_complete(&wf_state, {tile}, wf_pass_index, {index}, {age} + 1u);\n\
+         {}{indent}return;\n",
+        items::leave(glue, "wf_pass_index", indent)
     );
 }
 

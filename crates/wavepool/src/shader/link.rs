@@ -4,7 +4,7 @@ use super::{Composition, GENERATED, Glue, kernels, tick_module};
 use crate::{
     Error, Instruments, Program, Result, Schedule,
     layout::Layout,
-    policy::{Execution, OrderRule, WorkSource},
+    policy::{Execution, Grain, LaunchScope, OrderRule, Roulette, RouletteScope, WorkSource},
 };
 
 /// The WGSL of a program under a schedule.
@@ -61,13 +61,10 @@ pub(crate) fn link(
     tick_lanes: u32,
     faults: &[Fault],
 ) -> Result<Linked> {
-    if schedule.execution == Execution::Megakernel && matches!(schedule.order.rule(), OrderRule::Measured(_)) {
-        let name = schedule.order.name();
-        return Err(Error::Schedule(format!("order `{name}` measures the steps of tiles; the megakernel has none that could be measured")));
-    }
     // A program that does not say how likely a walk survives has no roulette, whatever the schedule offers.
     let roulette = schedule.roulette.as_deref().filter(|_| program.has_roulette());
-    let layout = program.layout(roulette.map(|roulette| roulette.scope()));
+    refuse_contradictions(schedule, roulette)?;
+    let layout = program.layout_at(roulette.map(|roulette| roulette.scope()), schedule.grain());
     let glue = Glue {
         interface: program.interface(),
         layout: &layout,
@@ -96,6 +93,31 @@ pub(crate) fn link(
     }
     stages.parse().map_err(|diagnostic| Error::Shader(vec![diagnostic]))?;
     Ok(Linked { stages, tick, resolve, layout })
+}
+
+/// What a combination of policies cannot do, with the reason.
+fn refuse_contradictions(schedule: &Schedule, roulette: Option<&dyn Roulette>) -> Result<()> {
+    let refuse = |what: String| Err(Error::Schedule(what));
+    let (order, regeneration) = (schedule.order.name(), schedule.regeneration.name());
+    let is_measured = matches!(schedule.order.rule(), OrderRule::Measured(_));
+    let by_block = roulette.filter(|roulette| matches!(roulette.scope(), RouletteScope::Block(_)));
+    match (schedule.execution, schedule.grain()) {
+        (Execution::Megakernel, _) if is_measured => {
+            refuse(format!("order `{order}` measures the steps of tiles; the megakernel has none that could be measured"))
+        }
+        (Execution::Wavefront, Grain::Lanes | Grain::PackedLanes) if is_measured => refuse(format!(
+            "order `{order}` measures the steps of tiles; under `{regeneration}` the items of a tile go to lanes anywhere in the pool"
+        )),
+        (Execution::Wavefront, Grain::Lanes | Grain::PackedLanes) if by_block.is_some() => refuse(format!(
+            "roulette `{}` draws for a tile that fills a block; under `{regeneration}` the lanes of a block walk items of several tiles: \
+             `group:256` draws for all lanes of a work-group, whoever they are",
+            by_block.map_or("", |roulette| roulette.name())
+        )),
+        (Execution::Wavefront, Grain::PackedLanes) if schedule.launch == LaunchScope::AllBlocks => {
+            refuse(format!("`launch=full` covers dead blocks; `{regeneration}` launches a list of lanes, not blocks"))
+        }
+        _ => Ok(()),
+    }
 }
 
 #[cfg(test)]
