@@ -37,6 +37,9 @@ fn wf_launch_bank(bank: u32) {
         let arguments = WF_BANK_ARGUMENTS + WF_ARGUMENTS_PER_BANK * bank;
         wf_write_arguments(arguments + WF_GENERATE_ARGUMENTS, end.y - start.y);
         wf_write_arguments(arguments + WF_STAGE_ARGUMENTS, wf_launched_of_bank(bank));
+        if (WF_PACKS) {
+            wf_write_arguments(arguments + WF_QUEUE_ARGUMENTS, min(wf_launched_of_bank(bank), 1u));
+        }
     }
 }
 

@@ -11,7 +11,10 @@ use path_tracer::{
         AlphaMode, BUILTIN, Environment, Image, LightKind, Material, PunctualLight, Scene, TextureUse, Triangle, Vertex, Wrap, builtin,
     },
 };
-use wavepool::{ImageTiles, Instruments, LinearRange, Program, Schedule, policy::WorkSource};
+use wavepool::{
+    ImageTiles, Instruments, LinearRange, Program, Schedule,
+    policy::{Grain, RouletteScope, WorkSource},
+};
 
 use crate::programs;
 
@@ -25,7 +28,7 @@ pub struct Kernel {
 }
 
 /// How the kernels are scheduled: executions, orders and regeneration.
-const SCHEDULES: [&str; 11] = [
+const SCHEDULES: [&str; 17] = [
     "never",
     "never-full",
     "block",
@@ -34,6 +37,12 @@ const SCHEDULES: [&str; 11] = [
     "block,order=depth-max",
     "never,order=depth-mean",
     "block,order=depth-decayed",
+    "block,local=all",
+    "never-full,local=all",
+    "per-lane",
+    "per-lane,local=all",
+    "compaction,order=morton",
+    "keyed",
     "megakernel",
     "megakernel,order=morton",
     "megakernel,pins=off",
@@ -56,6 +65,9 @@ pub fn all() -> Vec<Kernel> {
         for schedule in SCHEDULES.iter().flat_map(|schedule| ROULETTES.map(|roulette| format!("{schedule},roulette={roulette}"))) {
             for (observed, instruments, poison) in SETTINGS {
                 let mut parsed: Schedule = schedule.parse().unwrap_or_else(|error| panic!("{schedule}: {error}"));
+                if is_refused(&program, &parsed) {
+                    continue;
+                }
                 parsed.poison = poison.then_some(0x7fc0_0000);
                 let sources: [(&str, &dyn WorkSource); 2] =
                     [("image", &ImageTiles { width: 40, height: 56 }), ("range", &LinearRange { count: 1000 })];
@@ -75,6 +87,16 @@ pub fn all() -> Vec<Kernel> {
         }
     }
     kernels
+}
+
+/// What `link` refuses with a reason: blocks that draw where lanes receive items, and keys of a program that has none or one stage alone.
+fn is_refused(program: &Program, schedule: &Schedule) -> bool {
+    let grain = schedule.regeneration.grain();
+    let scope = schedule.roulette.as_ref().map(|roulette| roulette.scope()).filter(|_| program.has_roulette());
+    let by_block = matches!(scope, Some(RouletteScope::Block(_)));
+    let is_keyed = grain == Grain::KeyedLanes;
+    (grain.is_by_lane() && by_block)
+        || (is_keyed && (scope.is_some_and(RouletteScope::is_shared) || !program.has_queue_key() || program.stages().count() < 2))
 }
 
 /// The examples and the programs of the tests, under names that are good in files.

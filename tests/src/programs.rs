@@ -75,6 +75,7 @@ fn fly(f: ptr<function, Flight>) {
     (*f).position = (*f).position + (*f).direction * (*f).hop;
     (*f).trail[(*f).dimension % 2u] = (*f).hop;
 }
+fn queue_key(f: ptr<function, Flight>) -> u32 { return u32(clamp((*f).position.z, 0.0, 2.0) * 97.0); }
 fn absorb(f: ptr<function, Flight>) -> u32 {
     let depth = (*f).position.z;
     if (depth < 0.0 || depth > 1.5) {

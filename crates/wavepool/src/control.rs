@@ -45,11 +45,13 @@ pub(crate) mod arguments {
     pub(crate) const RESOLVE: u32 = 0;
     /// Of the first bank; the others follow.
     pub(crate) const BANKS: u32 = 4;
-    pub(crate) const PER_BANK: u32 = 8;
+    pub(crate) const PER_BANK: u32 = 12;
     /// Within a bank.
     pub(crate) const GENERATE: u32 = 0;
     /// Within a bank.
     pub(crate) const STAGE: u32 = 4;
+    /// Within a bank: one work-group when the bank has lanes.
+    pub(crate) const QUEUES: u32 = 8;
 
     pub(crate) fn words(banks: u32) -> u32 {
         BANKS + PER_BANK * banks
@@ -84,6 +86,14 @@ pub(crate) mod counters {
     pub(crate) const ALL_DEAD: u32 = 1;
     /// Words per block.
     pub(crate) const PER_BLOCK: u32 = 3;
+}
+
+/// Queues by key, per bank: lanes of each key, where the key's part of the list begins, and the length of the list.
+pub(crate) mod queues {
+    /// Keys that have a queue of their own; larger ones share these, modulo.
+    pub(crate) const KEYS: u32 = 64;
+    /// Words of counters.
+    pub(crate) const PER_BANK: u32 = 2 * KEYS + 1;
 }
 
 /// What the control buffer keeps between its head and the table of blocks, in words from the end of the head.
@@ -250,6 +260,7 @@ pub(crate) fn declarations() -> String {
         ("WF_ARGUMENTS_PER_BANK", arguments::PER_BANK),
         ("WF_GENERATE_ARGUMENTS", arguments::GENERATE),
         ("WF_STAGE_ARGUMENTS", arguments::STAGE),
+        ("WF_QUEUE_ARGUMENTS", arguments::QUEUES),
         ("WF_NOT_FINITE", counters::NOT_FINITE),
         ("WF_MISSING", counters::MISSING),
         ("WF_KILLED", counters::KILLED),
@@ -296,10 +307,10 @@ pub(crate) fn declarations() -> String {
 }
 
 /// Words of the counters buffer for a pool; a measured order keeps an estimate and a key per tile, roulette by group and finer portions than
-/// tiles `extra_words` per block.
-pub(crate) fn counter_words(pool_blocks: u32, ordered_tiles: u32, extra_words: u32) -> u64 {
+/// tiles `extra_words` per block; queues by key have `queue_words` in all.
+pub(crate) fn counter_words(pool_blocks: u32, ordered_tiles: u32, extra_words: u32, queue_words: u32) -> u64 {
     let per_block = u64::from(counters::PER_BLOCK + extra_words);
-    u64::from(counters::BLOCKS) + per_block * u64::from(pool_blocks) + 2 * u64::from(ordered_tiles)
+    u64::from(counters::BLOCKS) + per_block * u64::from(pool_blocks) + 2 * u64::from(ordered_tiles) + u64::from(queue_words)
 }
 
 const _: () = assert!(size_of::<Control>().is_multiple_of(16) && BLOCK == 256);

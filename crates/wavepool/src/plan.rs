@@ -20,6 +20,8 @@ pub enum Size {
     FilledBlocks,
     /// Lists of lanes, as the tick has written.
     PackedLanes,
+    /// One where there are lanes, as the tick has written.
+    Queues,
     /// All tiles when a pass is complete, else none.
     FinishedTiles,
     /// All tiles, or all blocks of a bank.
@@ -34,6 +36,10 @@ pub enum Kernel {
     Generate,
     /// One stage of the program.
     Stage(String),
+    /// Lays out the queues of a bank by key.
+    Queues,
+    /// Lists the lanes of a bank by key.
+    Enqueue,
     /// All stages in a loop.
     Megakernel,
     /// Decides what runs next.
@@ -51,13 +57,14 @@ pub enum Kernel {
 impl Kernel {
     /// True for kernels that see one bank at a time: they are launched once for each.
     pub fn is_per_bank(&self) -> bool {
-        matches!(self, Kernel::Generate | Kernel::Stage(_) | Kernel::AuditLanes)
+        matches!(self, Kernel::Generate | Kernel::Stage(_) | Kernel::Queues | Kernel::Enqueue | Kernel::AuditLanes)
     }
 
     /// The entry point in the generated WGSL.
     pub fn entry_point(&self) -> String {
         match self {
             Kernel::Stage(name) => format!("wf_stage_{name}"),
+            Kernel::Queues => "wf_queues_of_bank".into(),
             kernel => format!("wf_{kernel}"),
         }
     }
@@ -68,6 +75,8 @@ impl fmt::Display for Kernel {
         f.write_str(match self {
             Kernel::Generate => "generate",
             Kernel::Stage(name) => name,
+            Kernel::Queues => "queues",
+            Kernel::Enqueue => "enqueue",
             Kernel::Megakernel => "megakernel",
             Kernel::Tick => "tick",
             Kernel::Advance => "advance",
@@ -121,11 +130,15 @@ impl Plan {
                 let tick = launch(Kernel::Tick, Size::Groups(1));
                 let mut step = vec![launch(Kernel::Generate, Size::NewBlocks)];
                 let size = match (grain, scope) {
-                    (Grain::PackedLanes, _) => Size::PackedLanes,
+                    (Grain::PackedLanes | Grain::KeyedLanes, _) => Size::PackedLanes,
                     (_, LaunchScope::LiveBlocks) => Size::LiveBlocks,
                     (_, LaunchScope::AllBlocks) => Size::FilledBlocks,
                 };
                 step.extend(stages.map(|stage| launch(Kernel::Stage(stage.to_owned()), size)));
+                if grain == Grain::KeyedLanes {
+                    // Behind `generate` and the first stage.
+                    step.splice(2..2, [launch(Kernel::Queues, Size::Queues), launch(Kernel::Enqueue, size)]);
+                }
                 step.extend([tick.clone(), resolve]);
                 Plan { opening: vec![tick], step, audit }
             }

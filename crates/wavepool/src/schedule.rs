@@ -8,8 +8,8 @@ use crate::{
     Error, Result,
     control::MAX_RING,
     policy::{
-        BlockInPlace, Choice, Execution, Grain, LAUNCHES, LaneInPlace, LaunchScope, NeverRegenerate, ORDERS, PerGroup, PerLane, ROULETTES,
-        Regeneration, Roulette, Scanline, StreamCompaction, TileOrder,
+        BlockInPlace, Choice, Execution, Grain, KeyedQueues, LAUNCHES, LaneCompaction, LaneInPlace, LaunchScope, NeverRegenerate, ORDERS,
+        PerGroup, PerLane, ROULETTES, Regeneration, Roulette, Scanline, StreamCompaction, TileOrder,
     },
 };
 
@@ -30,6 +30,8 @@ pub struct Schedule {
     pub execution: Execution,
     /// Which blocks the stages of a wavefront are launched over.
     pub launch: LaunchScope,
+    /// Which stages of a wavefront pack the live lanes of a work-group to its front.
+    pub local: LaneCompaction,
     /// In which order tiles leave the queue.
     pub order: Arc<dyn TileOrder>,
     /// When dead blocks receive new tiles.
@@ -63,6 +65,7 @@ impl Schedule {
         Schedule {
             execution: Execution::Wavefront,
             launch: LaunchScope::LiveBlocks,
+            local: LaneCompaction::None,
             order: Arc::new(Scanline),
             regeneration: Arc::new(BlockInPlace::default()),
             roulette: Some(Arc::new(PerLane)),
@@ -93,6 +96,11 @@ impl Schedule {
     /// Live lanes are listed without gaps in every fourth step, new items begin behind them, and stages are launched over the list.
     pub fn compaction() -> Self {
         Schedule { regeneration: Arc::new(StreamCompaction::default()), ..Schedule::block() }
+    }
+
+    /// Dead lanes take items and live ones are listed in every step; after the first stage the list is ordered by the program's `queue_key`.
+    pub fn keyed() -> Self {
+        Schedule { regeneration: Arc::new(KeyedQueues), ..Schedule::block() }
     }
 
     /// All stages in one kernel.
@@ -138,6 +146,11 @@ impl Schedule {
         Schedule { launch, ..self }
     }
 
+    /// Replaces the stages that pack the live lanes of a work-group.
+    pub fn with_local(self, local: LaneCompaction) -> Self {
+        Schedule { local, ..self }
+    }
+
     /// Replaces the tile order.
     pub fn with_order(self, order: impl TileOrder + 'static) -> Self {
         Schedule { order: Arc::new(order), ..self }
@@ -169,6 +182,9 @@ impl fmt::Display for Schedule {
         }
         let roulette = self.roulette.as_ref().map_or("none", |roulette| roulette.name());
         write!(f, ",order={},roulette={roulette}", self.order.name())?;
+        if self.local != LaneCompaction::None {
+            write!(f, ",local={}", self.local)?;
+        }
         if let Some(passes) = self.ring {
             write!(f, ",ring={passes}")?;
         }
@@ -204,6 +220,11 @@ pub const SCHEDULES: &[Choice<Schedule>] = &[
         make: Schedule::compaction,
     },
     Choice {
+        name: "keyed",
+        about: "as compaction in every step, and after the first stage walks that ask for one kind of work are listed side by side (Laine, Karras and Aila 2013)",
+        make: Schedule::keyed,
+    },
+    Choice {
         name: "megakernel",
         about: "all stages in one kernel that loops, state in registers (Parker et al. 2010 built theirs so)",
         make: Schedule::megakernel,
@@ -216,6 +237,7 @@ pub const SCHEDULE_KEYS: &[(&str, &str, &str)] = &[
     ("check_every", "1 or more", "of block and per-lane: steps between two looks at that; 2 for block and 1 for per-lane unless said"),
     ("every", "1 or more", "of compaction: steps between two; 4 unless said"),
     ("launch", "live, full", "of wavefronts: which blocks the stages are launched over"),
+    ("local", "none, all, or stages with + between", "of wavefronts: these stages pack the live lanes of a work-group to its front"),
     ("order", "a tile order", "in which order tiles leave the queue"),
     ("roulette", "a roulette", "how hopeless walks end"),
     ("ring", "1 to 64", "passes in flight, at most; 1 lets no pass begin before the one before it is complete"),
@@ -263,6 +285,9 @@ impl FromStr for Schedule {
                     return Err(Error::Schedule(format!("`launch` belongs to wavefronts; `{name}` launches no blocks")));
                 }
                 ("launch", _) => schedule.launch = Choice::find(LAUNCHES, value).ok_or_else(|| wrong(&Choice::names(LAUNCHES)))?,
+                ("local", _) => {
+                    schedule.local = LaneCompaction::named(value).ok_or_else(|| wrong("none, all, or names of stages with + between"))?;
+                }
                 ("order", _) => schedule.order = Choice::find(ORDERS, value).ok_or_else(|| wrong(&Choice::names(ORDERS)))?,
                 ("roulette", _) => {
                     let group = || PerGroup::named(value).map(|group| Some(Arc::new(group) as Arc<dyn Roulette>));
@@ -300,8 +325,8 @@ mod tests {
     #[test]
     fn mistakes_are_named() {
         for (text, expected) in [
-            ("blok", "unknown name `blok`; there are: block, never, never-full, per-lane, compaction, megakernel"),
-            ("", "unknown name ``; there are: block, never, never-full, per-lane, compaction, megakernel"),
+            ("blok", "unknown name `blok`; there are: block, never, never-full, per-lane, compaction, keyed, megakernel"),
+            ("", "unknown name ``; there are: block, never, never-full, per-lane, compaction, keyed, megakernel"),
             ("block,treshold=1", "unknown key `treshold`"),
             ("block,threshold=16", "threshold=16: allowed is 0 to 15"),
             ("block,threshold=nan", "threshold=nan: allowed is 0 to 15"),
@@ -339,9 +364,12 @@ mod tests {
             "never-full",
             "block,launch=full",
             "block,roulette=group:8",
+            "block,local=all",
+            "per-lane,local=trace+shade",
             "per-lane",
             "per-lane,check_every=3",
             "compaction,every=8",
+            "keyed",
         ] {
             let printed = text.parse::<Schedule>().expect(text).to_string();
             assert_eq!(printed.parse::<Schedule>().expect(&printed).to_string(), printed);

@@ -179,7 +179,7 @@ fn program_of(packed: &GpuScene) -> Result<Program, Error> {
     let stages = STAGES.iter().filter(|stage| packed.facts.effects.samplable_lights || !LIGHT_STAGES.contains(stage));
     let mut roots: Vec<&str> = stages.copied().collect();
     let mut builder = roots.iter().fold(Program::builder("path_tracer"), |builder, stage| builder.stage(stage));
-    roots.extend(["generate", "finish", "survival", "reweight"]);
+    roots.extend(["generate", "finish", "survival", "reweight", "queue_key"]);
     for (name, is_on) in packed.facts.effects.features() {
         builder = builder.feature(name, is_on);
     }

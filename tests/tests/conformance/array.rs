@@ -13,8 +13,8 @@ use std::{
 use wavepool::{
     ImageTiles, Instruments, Report, Schedule,
     policy::{
-        BlockInPlace, LaneInPlace, LaunchScope, NeverRegenerate, ORDERS, OrderRule, PerBlock, PerLane, Roulette, RouletteScope, Statistic,
-        StreamCompaction,
+        BlockInPlace, KeyedQueues, LaneCompaction, LaneInPlace, LaunchScope, NeverRegenerate, ORDERS, OrderRule, PerBlock, PerLane,
+        Roulette, RouletteScope, Statistic, StreamCompaction,
     },
 };
 use wavepool_tests::{
@@ -36,32 +36,42 @@ const SUBMISSIONS: [Option<u32>; 3] = [Some(1), Some(7), None];
 const FULL: Duration = Duration::from_secs(300);
 
 /// The settings; of devices there are as many levels as are found here.
-fn factors(levels: usize) -> [Factor; 10] {
+fn factors(levels: usize) -> [Factor; 11] {
     [
         factor("scene", SUBJECTS.len()),
         factor("execution", 3),
         factor("order", ORDERS.len()),
-        factor("regeneration", 4),
+        factor("regeneration", 5),
         factor("threshold", THRESHOLDS.len()),
         factor("check_every", CHECK_EVERY.len()),
         factor("pool", POOLS.len()),
         factor("bank", BANKS.len()),
         factor("submission", SUBMISSIONS.len()),
+        factor("local", 2),
         factor("level", levels),
     ]
 }
 
 /// Execution 0 is a wavefront over live blocks, 2 one with full launches. A megakernel (execution 1) measures no order, regenerates nothing and has no banks; `never` (regeneration 0) has no threshold.
-/// Items to lanes (2 in place, 3 packed) have none either, and no tile that could be measured; packed lanes are not launched by block.
+/// Items to lanes (2 in place, 3 packed, 4 keyed) have none either, and no tile that could be measured; packed lanes are not launched by block. Local
+/// packing (1) is for stages that are launched over blocks.
 fn is_allowed(row: &[usize]) -> bool {
     let is_formula = matches!((ORDERS[row[2]].make)().rule(), OrderRule::Formula(_));
-    let megakernel = row[1] != 1 || (is_formula && row[3] == 0 && row[7] == 2);
+    let megakernel = row[1] != 1 || (is_formula && row[3] == 0 && row[7] == 2 && row[9] == 0);
     megakernel
         && match row[3] {
             0 => row[4] == 0 && row[5] == 0,
             1 => true,
-            regeneration => row[4] == 0 && is_formula && (regeneration == 2 || row[1] == 0),
+            2 => row[4] == 0 && is_formula,
+            regeneration => {
+                row[4] == 0 && is_formula && row[1] == 0 && row[9] == 0 && (regeneration == 3 || (row[5] == 0 && has_queue_key(row[0])))
+            }
         }
+}
+
+/// Scenes with a kind of work to order walks by.
+fn has_queue_key(scene: usize) -> bool {
+    !["collatz", "border"].contains(&SUBJECTS[scene].0)
 }
 
 /// Roulette by block needs whole tiles in blocks.
@@ -80,10 +90,12 @@ fn schedule_of(row: &[usize]) -> Schedule {
         0 => schedule.with_regeneration(NeverRegenerate),
         1 => schedule.with_regeneration(BlockInPlace::new(THRESHOLDS[row[4]], CHECK_EVERY[row[5]])),
         2 => schedule.with_regeneration(LaneInPlace::new(CHECK_EVERY[row[5]])),
-        _ => schedule.with_regeneration(StreamCompaction::new(CHECK_EVERY[row[5]])),
+        3 => schedule.with_regeneration(StreamCompaction::new(CHECK_EVERY[row[5]])),
+        _ => schedule.with_regeneration(KeyedQueues),
     };
     schedule.bank_blocks = BANKS[row[7]];
     schedule.submission_steps = SUBMISSIONS[row[8]];
+    schedule.local = if row[9] == 1 { LaneCompaction::All } else { LaneCompaction::None };
     schedule.with_pool_blocks(POOLS[row[6]])
 }
 
@@ -174,10 +186,10 @@ fn on_every_level(test: &str, roulettes: &[Arc<dyn Roulette>]) {
         let is_by_lane = roulette.scope() == RouletteScope::Lane;
         let is_allowed = |row: &[usize]| is_allowed(row) && (is_by_lane || keeps_tiles(row));
         let rows = pairwise(&factors, is_allowed);
-        rows.iter().filter(|row| row[9] == index).for_each(|row| comparison.run(row, true));
+        rows.iter().filter(|row| row[10] == index).for_each(|row| comparison.run(row, true));
         comparison.check(&what);
         if std::env::var_os("WAVEPOOL_FULL").is_some_and(|value| value == "1") {
-            full(&what, &factors[..9], &is_allowed, &mut comparison, FULL / roulettes.len() as u32);
+            full(&what, &factors[..10], &is_allowed, &mut comparison, FULL / roulettes.len() as u32);
         }
         // Scene 1 has roulette; the statistics decide differently there.
         baselines.insert(comparison.baselines[&1]);

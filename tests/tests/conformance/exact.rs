@@ -134,14 +134,14 @@ fn predict(name: &str, subject: &Subject) {
             ("block,order=depth-decayed", 40),
             ("per-lane", 5),
             ("compaction,order=morton", 3),
+            ("keyed", 4),
         ] {
+            let schedule = text.parse::<Schedule>().expect("a schedule").with_pool_blocks(pool).with_roulette(roulette.clone());
             // Roulette that is shared by lanes draws otherwise where these come from several tiles.
-            if text.starts_with("per-lane") | text.starts_with("compaction")
-                && roulette.as_ref().is_some_and(|roulette| roulette.scope().is_shared())
-            {
+            let is_shared = roulette.as_ref().is_some_and(|roulette| roulette.scope().is_shared());
+            if is_shared && schedule.regeneration.grain().is_by_lane() {
                 continue;
             }
-            let schedule = text.parse::<Schedule>().expect("a schedule").with_pool_blocks(pool).with_roulette(roulette.clone());
             let (_, report) = subject.run(IMAGE, SAMPLES, &schedule, observed);
             let what = format!("{name}, {schedule}, {pool} blocks");
             let blocks = [report.pool_blocks, report.pool_blocks];

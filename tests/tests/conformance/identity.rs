@@ -5,7 +5,8 @@ use std::{collections::BTreeSet, sync::Arc};
 use wavepool::{
     Film, ImageTiles, LinearRange, Program, Report, Schedule,
     policy::{
-        BlockInPlace, DepthDecayed, DepthMax, DepthMean, LaunchScope, Morton, PerBlock, PerGroup, PerLane, Roulette, Statistic, WorkSource,
+        BlockInPlace, DepthDecayed, DepthMax, DepthMean, LaneCompaction, LaunchScope, Morton, PerBlock, PerGroup, PerLane, Roulette,
+        Statistic, WorkSource,
     },
 };
 use wavepool_tests::{
@@ -21,7 +22,7 @@ fn fingerprint(report: &Report) -> (u64, u64, u32, u64, u64) {
 }
 
 /// Roulette that lanes share draws otherwise where these come from several tiles: then only what keeps whole tiles.
-fn schedules(roulette: Option<&dyn Roulette>) -> Vec<(String, Schedule)> {
+fn schedules(roulette: Option<&dyn Roulette>, has_queue_key: bool) -> Vec<(String, Schedule)> {
     let mut all = vec![("never".to_owned(), Schedule::never()), ("never, small pool".to_owned(), Schedule::never().with_pool_blocks(3))];
     all.push(("never, full launches".to_owned(), Schedule::never_full()));
     all.push(("block, full launches".to_owned(), Schedule::block().with_launch(LaunchScope::AllBlocks).with_pool_blocks(4)));
@@ -39,6 +40,7 @@ fn schedules(roulette: Option<&dyn Roulette>) -> Vec<(String, Schedule)> {
     all.push(("block, longest tiles first".to_owned(), Schedule::block().with_order(DepthMax).with_pool_blocks(4)));
     all.push(("never, longest mean first".to_owned(), Schedule::never().with_order(DepthMean).with_pool_blocks(3)));
     all.push(("block, decayed depths".to_owned(), Schedule::block().with_order(DepthDecayed).with_pool_blocks(7)));
+    all.push(("block, lanes packed".to_owned(), Schedule::block().with_local(LaneCompaction::All).with_pool_blocks(4)));
     all.push(("block, along the curve".to_owned(), Schedule::block().with_order(Morton).with_pool_blocks(8)));
     all.push(("megakernel, along the curve".to_owned(), Schedule::megakernel().with_order(Morton).with_pool_blocks(3)));
     all.push(("never, passes apart".to_owned(), Schedule::never().with_ring(1)));
@@ -46,6 +48,10 @@ fn schedules(roulette: Option<&dyn Roulette>) -> Vec<(String, Schedule)> {
         for (name, schedule) in [("per-lane", Schedule::per_lane()), ("compaction", Schedule::compaction())] {
             all.push((name.to_owned(), schedule.clone()));
             all.push((format!("{name}, small pool"), schedule.with_pool_blocks(3)));
+        }
+        if has_queue_key {
+            all.push(("keyed".to_owned(), Schedule::keyed()));
+            all.push(("keyed in banks".to_owned(), Schedule::keyed().with_pool_blocks(5).with_bank_blocks(2)));
         }
         all.push(("per-lane, along the curve".to_owned(), Schedule::per_lane().with_order(Morton).with_pool_blocks(2)));
         all.push(("compaction in banks".to_owned(), Schedule::compaction().with_pool_blocks(5).with_bank_blocks(2)));
@@ -69,7 +75,7 @@ fn compare_under(
 ) -> Option<(Film, Report)> {
     let gpu = gpu()?;
     let mut films: Vec<(String, Film, Report)> = Vec::new();
-    for (name, schedule) in schedules(roulette.as_deref()) {
+    for (name, schedule) in schedules(roulette.as_deref(), program.has_queue_key()) {
         let schedule = schedule.with_roulette(roulette.clone());
         let (film, report) = run(gpu, program, source, passes, &schedule);
         assert!(film.samples().iter().all(|samples| *samples == passes), "{name}: samples are missing");

@@ -119,7 +119,7 @@ fn checked_mode_names_faults_of_lanes() {
             "stages",
             "let wf_is_dead = wf_bank[wf_base] == 0u;",
             "let wf_is_dead = wf_bank[wf_base] < 3u;",
-            "begun",
+            "count other lanes",
         ),
         ("places without items counted", "tick", "items += of_tile;", "items += 256u;", "items begun, but"),
         ("a birth that is not counted", "stages", "atomicAdd(&wf_counters[wf_live_counter(wf_block)], 1u);", "", "count other lanes"),
@@ -147,12 +147,22 @@ fn what_lanes_cannot_do_is_refused_with_a_reason() {
         ("per-lane,roulette=block-max", "`group:256` draws for all lanes of a work-group"),
         ("compaction,roulette=block-mean", "`group:256` draws for all lanes of a work-group"),
         ("compaction,launch=full", "launches a list of lanes, not blocks"),
+        ("compaction,local=all", "a list of lanes that is packed already"),
+        ("keyed", "which `unequal` does not declare"),
+        ("keyed,roulette=group:32", "a run could not be repeated"),
+        ("megakernel,local=all", "a lane keeps its state in registers"),
+        ("block,local=bounce+shade", "local=bounce+shade: `unequal` has no stage `shade`; it has bounce"),
     ] {
         let schedule: Schedule = text.parse().expect("a schedule");
         let message = program.check(&SOURCE, &schedule).expect_err(text).to_string();
         assert!(message.contains(says), "{text}: {message}");
     }
-    for text in ["per-lane,launch=full,order=morton", "compaction,roulette=group:256", "per-lane,roulette=none"] {
+    for text in [
+        "per-lane,launch=full,order=morton",
+        "compaction,roulette=group:256",
+        "per-lane,roulette=none,local=bounce",
+        "never-full,local=all,roulette=block-mean",
+    ] {
         program.check(&SOURCE, &text.parse().expect("a schedule")).unwrap_or_else(|error| panic!("{text}: {error}"));
     }
 }

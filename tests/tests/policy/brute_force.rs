@@ -175,5 +175,11 @@ fn integrate(begun: &[Begun], steps: u32, is_full: bool, report: &mut Replay) {
         begun.iter().map(of_tile).sum::<usize>() as u64
     };
     let useful = begun.iter().flat_map(|tile| &tile.lengths).map(|length| u64::from(*length)).sum();
-    report.occupancy = Occupancy { useful, launched: [launched(8), launched(32), launched(64)] };
+    // Packed, a block needs as many subgroups as its lanes fill.
+    let packed = |width: u32| {
+        let of_step = |tile: &Begun, step: u32| u64::from(tile.lanes_in(step).div_ceil(width) * width);
+        begun.iter().map(|tile| (tile.birth..tile.birth + tile.longest).map(|step| of_step(tile, step)).sum::<u64>()).sum()
+    };
+    let launched_local = [packed(8), packed(32), packed(64)];
+    report.occupancy = Occupancy { useful, launched: [launched(8), launched(32), launched(64)], launched_local };
 }

@@ -130,6 +130,8 @@ fn every_schedule_keeps_its_promises() {
         assert_eq!(seen.occupancy.useful, total, "{name}: useful lane-steps");
         let launched = seen.occupancy.launched;
         assert!(total <= launched[0] && launched.is_sorted() && launched[2] <= seen.block_steps() * 256, "{name}: {launched:?}");
+        let packed = seen.occupancy.launched_local;
+        assert!(total <= packed[0] && packed.iter().zip(launched).all(|(packed, launched)| *packed <= launched), "{name}: {packed:?}");
         assert!(WIDTHS.iter().zip(launched).all(|(width, launched)| launched % u64::from(*width) == 0), "{name}: {launched:?}");
 
         assert_eq!(seen.regenerations.iter().sum::<u32>() as usize, seen.assignments.len(), "{name}: regenerations");

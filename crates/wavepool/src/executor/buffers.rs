@@ -55,7 +55,8 @@ impl Buffers {
         };
         let buffer = |label: &str, words: u64| with_usage(label, words, wgpu::BufferUsages::STORAGE);
         let control = buffer("control", Control::words(sizes.pool_blocks, sizes.ordered_tiles))?;
-        let counters = buffer("counters", control::counter_words(sizes.pool_blocks, sizes.ordered_tiles, sizes.extra_words))?;
+        let counters =
+            buffer("counters", control::counter_words(sizes.pool_blocks, sizes.ordered_tiles, sizes.extra_words, sizes.queue_words))?;
         let words = u64::from(control::arguments::words(sizes.banks));
         let arguments = with_usage("arguments", words, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT)?;
         let results = buffer("results", sizes.result_words())?;

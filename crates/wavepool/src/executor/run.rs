@@ -388,6 +388,7 @@ impl Run<'_> {
                 let offset = match size {
                     Size::NewBlocks => of_bank(arguments::GENERATE),
                     Size::LiveBlocks | Size::FilledBlocks | Size::PackedLanes => of_bank(arguments::STAGE),
+                    Size::Queues => of_bank(arguments::QUEUES),
                     _ => arguments::RESOLVE,
                 };
                 pass.dispatch_workgroups_indirect(&self.buffers.arguments, u64::from(offset) * 4);

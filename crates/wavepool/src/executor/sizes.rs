@@ -5,7 +5,7 @@
 
 use crate::{
     Error, Result,
-    control::{MAX_BANKS, MAX_RING, record},
+    control::{MAX_BANKS, MAX_RING, queues, record},
     film::planes_of,
     layout::{BLOCK, Leaf},
     policy::{Execution, Grain, RouletteScope},
@@ -56,6 +56,8 @@ pub(super) struct Sizes {
     pub(super) ordered_tiles: u32,
     /// Words of counters per block besides those that every block has.
     pub(super) extra_words: u32,
+    /// Words of counters for queues by key.
+    pub(super) queue_words: u32,
     /// What a pass waits for: tiles, or items where lanes receive these.
     pub(super) outstanding: u32,
     pub(super) result_planes: u32,
@@ -141,6 +143,7 @@ impl Sizes {
             tiles: demand.tiles,
             ordered_tiles,
             extra_words: if is_wavefront { extra_counters(demand.grain, demand.scope, ring) } else { 0 },
+            queue_words: if demand.grain == Grain::KeyedLanes { banks * queues::PER_BANK } else { 0 },
             outstanding: if demand.grain.is_by_lane() { demand.pass_items } else { demand.tiles },
             result_planes,
             film_planes,

@@ -214,6 +214,7 @@ fn stripped_size(dispatch: &Dispatch, step: usize, recording: &Recording) -> Opt
         (Kernel::Tick, _) => return None,
         (_, Size::NewBlocks) => (false, of_bank(arguments::GENERATE)),
         (_, Size::LiveBlocks | Size::FilledBlocks | Size::PackedLanes) => (false, of_bank(arguments::STAGE)),
+        (_, Size::Queues) => (false, of_bank(arguments::QUEUES)),
         (_, Size::FinishedTiles) => (true, arguments::RESOLVE),
         _ => return None,
     };

@@ -81,7 +81,8 @@ pub struct Layout {
     /// Behind the other planes, and never shared.
     pub arrays: Vec<ArrayPlanes>,
     /// Where items are handed out to single lanes, behind all others: the place of the lane's item and its pass; of packed lanes also the
-    /// list of the lanes, and, when groups of them share a draw, the seat in which the lane announced its chance.
+    /// list of the lanes, and, when groups of them share a draw, the seat in which the lane announced its chance; of keyed lanes the key and the
+    /// list ordered by it.
     pub item_plane: Option<u32>,
     item_planes: u32,
     unshared: u32,
@@ -170,6 +171,14 @@ fn announcing_last(stage: &Summary, survival: &Summary) -> Summary {
     whole
 }
 
+/// What a kernel reads that asks its lane for a key after the stage.
+fn asking_for_a_key(mut kernel: Summary, key: &Summary) -> Summary {
+    if let Some(going_on) = &kernel.on_continue {
+        kernel.reads = kernel.reads.union(&key.reads.difference(&going_on.must));
+    }
+    kernel
+}
+
 /// Reads, and what is written at the two kinds of exit, of a kernel that draws for its lane after the stage.
 fn kernel_summary(stage: &Summary, survival: &Summary, reweight: &Summary) -> Summary {
     let mut whole = stage.clone();
@@ -201,6 +210,11 @@ pub(crate) fn lay_out(interface: &Interface, scope: Option<RouletteScope>, grain
             }
             (Some(_), Some((survival, reweight))) if index == last => kernel_summary(&over(&stage.summary), survival, reweight),
             _ => over(&stage.summary),
+        })
+        .enumerate()
+        .map(|(index, kernel)| match &interface.queue_key {
+            Some(key) if index == 0 && grain == Grain::KeyedLanes => asking_for_a_key(kernel, &over(key)),
+            _ => kernel,
         })
         .collect();
 
@@ -258,11 +272,11 @@ pub(crate) fn lay_out(interface: &Interface, scope: Option<RouletteScope>, grain
         let moved = (words(&interface.cells, &load), words(&interface.cells, &store));
         let ends = kernels[index].on_finish.is_some() || (is_shared && index == 0);
         let stage = interface.stages[index].name.clone();
-        let (packs, gambles) = (grain == Grain::PackedLanes, index == last && scope.is_some() && !is_shared);
+        let (packs, gambles) = (grain.is_packed(), index == last && scope.is_some() && !is_shared);
         let seats = packs && matches!(scope, Some(RouletteScope::Group(_)));
         let item_words = (
             usize::from(packs) + 2 * usize::from(grain.is_by_lane() && gambles) + usize::from(seats && index == 0),
-            usize::from(seats && index == last),
+            usize::from(seats && index == last) + usize::from(grain == Grain::KeyedLanes && index == 0),
         );
         traffic.push(KernelTraffic { stage, load, load_late, load_killed, store, words: moved, item_words, ends });
     }
@@ -293,6 +307,7 @@ pub(crate) fn lay_out(interface: &Interface, scope: Option<RouletteScope>, grain
     let item_planes = match grain {
         Grain::Tiles => 0,
         Grain::Lanes => 2,
+        Grain::KeyedLanes => 5,
         Grain::PackedLanes => 3 + u32::from(matches!(scope, Some(RouletteScope::Group(_)))),
     };
     let mut layout = Layout { leaves, cells, plane_of, generate, kernels: traffic, arrays, item_plane: None, item_planes, unshared, least };

@@ -8,6 +8,7 @@
 
 mod choice;
 mod execution;
+mod lane_compaction;
 mod launch_scope;
 mod regeneration;
 mod roulette;
@@ -16,8 +17,9 @@ mod work_source;
 
 pub use choice::Choice;
 pub use execution::Execution;
+pub use lane_compaction::LaneCompaction;
 pub use launch_scope::{LAUNCHES, LaunchScope};
-pub use regeneration::{BlockInPlace, Grain, LaneInPlace, NeverRegenerate, Regeneration, StreamCompaction};
+pub use regeneration::{BlockInPlace, Grain, KeyedQueues, LaneInPlace, NeverRegenerate, Regeneration, StreamCompaction};
 pub use roulette::{PerBlock, PerGroup, PerLane, ROULETTES, Roulette, RouletteScope, Statistic};
 pub use tile_order::{
     DepthDecayed, DepthMax, DepthMean, MAX_KEY, Morton, ORDERS, OrderRule, Scanline, TileFormula, TileMeasure, TileOrder,

@@ -29,6 +29,7 @@ pub(crate) struct Names {
     pub(crate) finish: String,
     pub(crate) survival: String,
     pub(crate) reweight: String,
+    pub(crate) queue_key: String,
 }
 
 /// A checked wavefront program: WGSL modules, stages in order, and what the library has found out about them.
@@ -84,6 +85,7 @@ impl Program {
                 finish: "finish".into(),
                 survival: "survival".into(),
                 reweight: "reweight".into(),
+                queue_key: "queue_key".into(),
             },
             sources: Sources {
                 library: wavepool_shaders::MATH.iter().map(|module| library_module("wavepool", module)).collect(),
@@ -109,6 +111,11 @@ impl Program {
     /// True when the program declares `survival` and `reweight`.
     pub fn has_roulette(&self) -> bool {
         self.interface.survival.is_some()
+    }
+
+    /// True when the program declares `queue_key`, the kind of work that a walk asks for after the first stage.
+    pub fn has_queue_key(&self) -> bool {
+        self.interface.queue_key.is_some()
     }
 
     /// What is kept where, and who moves it; it depends on who shares a draw of roulette, if there is any.

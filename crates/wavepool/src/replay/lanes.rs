@@ -38,7 +38,8 @@ pub(super) fn replay_lanes(
         running: Vec::new(),
         latest_tile: None,
     };
-    let mut report = Replay { lane_launches: Some(LaneLaunches::default()), ..Replay::default() };
+    let queues = if schedule.grain() == Grain::KeyedLanes { 2 } else { 0 };
+    let mut report = Replay { lane_launches: Some(LaneLaunches { queues, ..LaneLaunches::default() }), ..Replay::default() };
     if source.tiles() > 0 {
         while state.resolved < passes {
             state.tick(&mut report);
@@ -112,7 +113,7 @@ impl State<'_> {
             self.filled = 0;
         }
         self.filled = self.filled.max(running.last().map_or(0, |block| *block as u32 + 1));
-        if self.schedule.grain() == Grain::PackedLanes {
+        if self.schedule.grain().is_packed() {
             visited = if packs { running.clone() } else { Vec::new() };
             if packs {
                 let in_bank = self.in_bank;
@@ -160,7 +161,7 @@ impl State<'_> {
         let left: Vec<u32> = self.lanes.iter().map(|lane| lane.left).collect();
         let in_bank = self.in_bank / BLOCK as usize;
         let (groups, banks) = match self.schedule.grain() {
-            Grain::PackedLanes => {
+            Grain::PackedLanes | Grain::KeyedLanes => {
                 for list in &self.lists {
                     report.occupancy.launch(&list.iter().map(|lane| left[*lane]).collect::<Vec<_>>());
                 }

@@ -74,6 +74,8 @@ pub struct Replay {
 struct LaneLaunches {
     stage: u64,
     generate: u64,
+    /// Launches of each step that lay out queues.
+    queues: u64,
 }
 
 impl Replay {
@@ -92,7 +94,8 @@ impl Replay {
     pub fn launches(&self, stages: usize) -> u64 {
         let ticks = 1 + self.steps();
         if let Some(launches) = self.lane_launches {
-            return ticks + stages as u64 * launches.stage + launches.generate + self.resolved_after.len() as u64;
+            let per_step = stages as u64 + launches.queues;
+            return ticks + per_step * launches.stage + launches.generate + self.resolved_after.len() as u64;
         }
         ticks + stages as u64 * self.steps() + (self.regenerations.len() + self.resolved_after.len()) as u64
     }

@@ -139,7 +139,7 @@ pub(super) fn place_of_chance(glue: &Glue) -> String {
 pub(super) fn clear_first(glue: &Glue) -> String {
     match glue.scope() {
         // Packed lanes have done so when they took their seats.
-        Some(RouletteScope::Group(_)) if glue.grain() != Grain::PackedLanes => {
+        Some(RouletteScope::Group(_)) if !glue.grain().is_packed() => {
             format!("atomicStore(&wf_counters[{}], 0u);\n    ", items::chance_word(glue, "1u"))
         }
         _ => String::new(),

@@ -4,7 +4,8 @@
 //! stands here once and the same sequence (stage, pin, verdict, roulette, pin) is emitted for every execution. That, and the pins, is
 //! why every execution gives the same bits.
 //!
-//! **Invariant:** the user's stages are called, never copied. **Invariant:** no work-group barrier in a wrapper.
+//! **Invariant:** the user's stages are called, never copied. **Invariant:** no work-group barrier in the wrapper of a stage, unless the
+//! schedule packs its lanes.
 
 use std::fmt::Write as _;
 
@@ -15,7 +16,7 @@ use super::{
 use crate::{
     Instruments, control,
     layout::{BLOCK, Layout, Scalar},
-    policy::{Execution, Grain, LaunchScope, OrderRule, Regeneration, Roulette, RouletteScope, TileOrder, WorkSource},
+    policy::{Execution, Grain, LaneCompaction, LaunchScope, OrderRule, Regeneration, Roulette, RouletteScope, TileOrder, WorkSource},
     program::Gauge,
 };
 
@@ -30,6 +31,7 @@ pub(crate) struct Glue<'a> {
     pub(crate) roulette: Option<&'a dyn Roulette>,
     pub(crate) execution: Execution,
     pub(crate) launch: LaunchScope,
+    pub(crate) local: &'a LaneCompaction,
     pub(crate) pins: bool,
     pub(crate) poison: Option<u32>,
     pub(crate) instruments: &'a Instruments,
@@ -87,7 +89,7 @@ pub(crate) fn tick_module(glue: &Glue) -> (String, String) {
             format!("const WF_READS_LANE_STEPS: bool = {reads};\n{}{}", measure.wgsl(), shader("scheduler::order_measured"))
         }
     };
-    let packs = glue.grain() == Grain::PackedLanes;
+    let packs = glue.grain().is_packed();
     let tick = format!(
         "const WF_TICK_LANES: u32 = {}u;\nconst WF_PACKS: bool = {packs};\n{}@group(0) @binding(0) var<storage, read_write> wf_control: WfControl;\n\
          @group(0) @binding(1) var<storage, read_write> wf_counters: array<atomic<u32>>;\n\
@@ -154,7 +156,7 @@ pub(crate) fn kernels(glue: &Glue) -> String {
     out.push_str(&items::counters(glue));
     match glue.execution {
         Execution::Wavefront => {
-            out.push_str(&items::generate_helpers(glue, scheduler_module));
+            out.push_str(&items::helpers(glue, scheduler_module));
             generate_kernel(glue, &mut out);
             (0..glue.interface.stages.len()).for_each(|index| stage_kernel(glue, index, &mut out));
         }
@@ -271,7 +273,7 @@ fn stage_kernel(glue: &Glue, index: usize, out: &mut String) {
          fn wf_stage_{}(@builtin(workgroup_id) wf_group: vec3u, @builtin(local_invocation_index) wf_place: u32) {{\n    \
          {}{}var wf_state = {}();\n",
         stage.name,
-        items::enter_stage(glue),
+        items::enter_stage(glue, &stage.name),
         arrays::enter(glue),
         glue.interface.state
     );
@@ -301,6 +303,7 @@ fn stage_kernel(glue: &Glue, index: usize, out: &mut String) {
         finish_lane(glue, &traffic.load_late, "        ", out);
         out.push_str("    }\n");
     }
+    out.push_str(&items::choose_queue(glue, index));
     if last && glue.is_shared() {
         gamble::announce_chance(glue, &gamble::place_of_chance(glue), "    ", out);
         if matches!(glue.scope(), Some(RouletteScope::Group(_))) {

@@ -28,6 +28,7 @@ pub(crate) struct Interface {
     pub(crate) finish: Summary,
     pub(crate) survival: Option<Summary>,
     pub(crate) reweight: Option<Summary>,
+    pub(crate) queue_key: Option<Summary>,
     pub(crate) resources: Vec<Resource>,
     /// Names of all functions that a stage may reach.
     pub(crate) functions: BTreeSet<String>,
@@ -86,6 +87,7 @@ enum Role {
     Finish,
     Survival,
     Reweight,
+    QueueKey,
 }
 
 impl Role {
@@ -97,6 +99,7 @@ impl Role {
             Role::Finish => format!("{head}) -> f32, u32, a vector or a struct of these"),
             Role::Survival => format!("{head}) -> f32"),
             Role::Reweight => format!("{head}, inverse_p: f32)"),
+            Role::QueueKey => format!("{head}) -> u32"),
         }
     }
 }
@@ -113,6 +116,7 @@ impl Inspector<'_> {
         let finish = self.role(&names.finish, Role::Finish)?;
         let survival = self.optional(&names.survival, Role::Survival);
         let reweight = self.optional(&names.reweight, Role::Reweight);
+        let queue_key = self.optional(&names.queue_key, Role::QueueKey);
         for (have, lack) in [(&names.survival, &names.reweight), (&names.reweight, &names.survival)] {
             if let (Some(function), None) = (self.find(have), self.find(lack)) {
                 let label = format!("roulette needs `{lack}` too");
@@ -149,6 +153,7 @@ impl Inspector<'_> {
         roots.extend(stages.iter().map(|stage| stage.1));
         roots.extend(survival);
         roots.extend(reweight);
+        roots.extend(queue_key);
         let (functions, globals) = self.reachable(&roots);
         functions.iter().for_each(|function| self.check_rules(*function));
         // What naga cannot write stops it even where nobody calls it.
@@ -164,6 +169,11 @@ impl Inspector<'_> {
         roles.extend(stages.iter().cloned());
         roles.extend(survival.map(|function| (names.survival.clone(), function)));
         roles.extend(reweight.map(|function| (names.reweight.clone(), function)));
+        roles.extend(queue_key.map(|function| (names.queue_key.clone(), function)));
+        if let Some(function) = queue_key.filter(|function| !analyse(&self.module, *function, 0, &accessors).on_return().may.is_empty()) {
+            let message = format!("`{}` writes to the state", names.queue_key);
+            self.error(self.head(function), &message, "only some schedules ask for a key: asking must change nothing");
+        }
         let arrays = self.arrays(state, declared, &roles);
         let resources = self.resources(&globals);
         if !self.errors.is_empty() {
@@ -191,6 +201,7 @@ impl Inspector<'_> {
             finish: summary(finish),
             survival: survival.map(summary),
             reweight: reweight.map(summary),
+            queue_key: queue_key.map(summary),
             resources,
             functions,
         })
@@ -255,6 +266,7 @@ impl Inspector<'_> {
                 Role::Stage => function.arguments.len() == 1 && (returns.is_none() || is(returns, naga::Scalar::U32)),
                 Role::Finish => function.arguments.len() == 1 && returns.is_some(),
                 Role::Survival => function.arguments.len() == 1 && is(returns, naga::Scalar::F32),
+                Role::QueueKey => function.arguments.len() == 1 && is(returns, naga::Scalar::U32),
                 Role::Reweight => function.arguments.len() == 2 && is(second_inner, naga::Scalar::F32) && returns.is_none(),
             };
         let same_state = self.state.is_none() || state.is_none() || self.state == state;

@@ -9,6 +9,7 @@
 
 use super::generate::Glue;
 use crate::{
+    control::queues,
     layout::BLOCK,
     policy::{Grain, RouletteScope},
 };
@@ -42,36 +43,54 @@ pub(super) fn item(glue: &Glue) -> Item {
     }
 }
 
-/// Where the words of an item begin within a block: its place, its pass, the list, the seat in which the lane announced its chance.
-fn planes(glue: &Glue) -> Option<[u32; 4]> {
+/// Where the words of an item begin within a block: its place, its pass, the list, the seat in which the lane announced its chance or the key
+/// of its queue, the list by key.
+fn planes(glue: &Glue) -> Option<[u32; 5]> {
     let first = glue.layout.item_plane?;
-    Some([0, 1, 2, 3].map(|plane| (first + plane) * BLOCK))
+    Some([0, 1, 2, 3, 4].map(|plane| (first + plane) * BLOCK))
 }
 
 /// Names the lane of an invocation of a stage, or leaves: `wf_block`, `wf_lane`, `wf_base`.
-pub(super) fn enter_stage(glue: &Glue) -> String {
+pub(super) fn enter_stage(glue: &Glue, stage: &str) -> String {
     let stride = glue.layout.stride();
-    let leave = "if (wf_bank[wf_base] == 0u) { return; }\n    ";
+    let (leave, leave_flagged) = ("if (wf_bank[wf_base] == 0u) { return; }\n    ", "if (wf_flag == 0u) { return; }\n    ");
+    // All lanes of a work-group come here, or none.
+    let (lane, leave, leave_flagged) = match glue.local.packs(stage) {
+        true => {
+            let flag = format!("wf_bank[(wf_block - wf_bank_of.y) * {stride}u + wf_place]");
+            let lane = format!("wf_packed_lane(wf_place, {flag} != 0u);\n    if (wf_lane == WF_NONE) {{ return; }}");
+            (lane, "", "")
+        }
+        false => ("wf_place;".to_owned(), leave, leave_flagged),
+    };
     match (glue.grain(), planes(glue)) {
-        (Grain::PackedLanes, Some([_, _, list, _])) => format!(
-            "let wf_seat = (wf_group.x + wf_group.y * WF_MAX_GROUPS) * {BLOCK}u + wf_place;\n    \
-             if (wf_seat >= wf_bank_listed(wf_bank_of.x)) {{ return; }}\n    \
+        (Grain::PackedLanes | Grain::KeyedLanes, Some([_, _, list, _, by_key])) => {
+            let is_first = glue.interface.stages.first().is_some_and(|first| first.name == stage);
+            let is_keyed = glue.grain() == Grain::KeyedLanes && !is_first;
+            let (list, seats) = match is_keyed {
+                true => (by_key, "atomicLoad(&wf_counters[wf_queues(wf_bank_of.x) + 2u * WF_QUEUE_KEYS])"),
+                false => (list, "wf_bank_listed(wf_bank_of.x)"),
+            };
+            format!(
+                "let wf_seat = (wf_group.x + wf_group.y * WF_MAX_GROUPS) * {BLOCK}u + wf_place;\n    \
+             if (wf_seat >= {seats}) {{ return; }}\n    \
              let wf_entry = wf_bank[wf_seat / {BLOCK}u * {stride}u + {list}u + wf_seat % {BLOCK}u];\n    \
              let wf_block = wf_bank_of.y + wf_entry / {BLOCK}u;\n    \
              let wf_lane = wf_entry % {BLOCK}u;\n    \
              let wf_base = wf_entry / {BLOCK}u * {stride}u + wf_lane;\n    \
              let wf_flag = wf_bank[wf_base];\n    \
              if (wf_flag == 0u) {{ return; }}\n    "
-        ),
+            )
+        }
         (Grain::Lanes, _) => format!(
-            "{}let wf_lane = wf_place;\n    \
+            "{}let wf_lane = {lane}\n    \
              let wf_base = (wf_block - wf_bank_of.y) * {stride}u + wf_lane;\n    \
              let wf_flag = wf_bank[wf_base];\n    \
-             if (wf_flag == 0u) {{ return; }}\n    ",
+             {leave_flagged}",
             glue.launch.stage_wgsl()
         ),
         _ => format!(
-            "{}let wf_lane = wf_place;\n    \
+            "{}let wf_lane = {lane}\n    \
              let wf_base = (wf_block - wf_bank_of.y) * {stride}u + wf_lane;\n    \
              {leave}",
             glue.launch.stage_wgsl()
@@ -88,7 +107,7 @@ pub(super) fn enter_generate(glue: &Glue) -> String {
          let wf_block = wf_new_block(wf_slot);\n    \
          let wf_base = (wf_block - wf_bank_of.y) * {stride}u + wf_lane;\n    "
     );
-    let Some([place, pass, list, _]) = planes(glue) else {
+    let Some([place, pass, list, ..]) = planes(glue) else {
         return format!(
             "{block}let wf_tile = wf_block_tile(wf_block);\n    \
              let wf_item = wf_item_of(wf_tile, wf_block_pass(wf_block), wf_lane);\n    \
@@ -97,7 +116,7 @@ pub(super) fn enter_generate(glue: &Glue) -> String {
         );
     };
     let (mut live, mut receiving) = (String::new(), String::new());
-    if glue.grain() == Grain::PackedLanes {
+    if glue.grain().is_packed() {
         let enter = |seat: &str| {
             format!(
                 "let wf_seat = {seat};\n        \
@@ -118,7 +137,7 @@ pub(super) fn enter_generate(glue: &Glue) -> String {
     format!(
         "{block}let wf_block_in_bank = wf_block - wf_bank_of.y;\n    \
          let wf_is_dead = wf_bank[wf_base] == 0u;\n    \
-         let wf_dead_before_lane = wf_dead_lanes_before(wf_lane, wf_is_dead);\n    \
+         let wf_dead_before_lane = wf_marked_before(wf_lane, wf_is_dead);\n    \
          if (!wf_is_dead) {{\n        {live}return;\n    }}\n    \
          let wf_rank = wf_dead_before(wf_block) + wf_dead_before_lane;\n    \
          if (wf_rank >= wf_control.given) {{ return; }}\n    \
@@ -156,7 +175,7 @@ pub(super) fn chance_word(glue: &Glue, ahead: &str) -> String {
     match glue.grain() {
         Grain::Tiles => format!("wf_group_chance(wf_block, wf_lane, {} + {ahead})", item(glue).age),
         Grain::Lanes => format!("wf_group_chance(wf_block, wf_lane, wf_control.step + {ahead})"),
-        Grain::PackedLanes => {
+        Grain::PackedLanes | Grain::KeyedLanes => {
             format!("wf_group_chance(wf_bank_of.y + wf_seat / {BLOCK}u, wf_seat % {BLOCK}u, wf_control.step + {ahead})")
         }
     }
@@ -165,7 +184,7 @@ pub(super) fn chance_word(glue: &Glue, ahead: &str) -> String {
 /// Remembers in which group the lane has announced its chance: packed anew, it sits elsewhere.
 pub(super) fn remember_seat(glue: &Glue) -> String {
     match (glue.grain(), planes(glue)) {
-        (Grain::PackedLanes, Some([.., seat])) => format!("    wf_bank[wf_base + {seat}u] = wf_seat;\n"),
+        (Grain::PackedLanes, Some([_, _, _, seat, _])) => format!("    wf_bank[wf_base + {seat}u] = wf_seat;\n"),
         _ => String::new(),
     }
 }
@@ -173,7 +192,7 @@ pub(super) fn remember_seat(glue: &Glue) -> String {
 /// Declares `wf_announced_block` and `wf_announced_lane`: the place that stood for the lane when it announced its chance.
 pub(super) fn announced_seat(glue: &Glue) -> String {
     match (glue.grain(), planes(glue)) {
-        (Grain::PackedLanes, Some([.., seat])) => format!(
+        (Grain::PackedLanes, Some([_, _, _, seat, _])) => format!(
             "        let wf_announced_seat = wf_bank[wf_base + {seat}u];\n        \
              let wf_announced_block = wf_bank_of.y + wf_announced_seat / {BLOCK}u;\n        \
              let wf_announced_lane = wf_announced_seat % {BLOCK}u;\n"
@@ -195,13 +214,47 @@ pub(super) fn counters(glue: &Glue) -> String {
     let groups = glue.scope().map_or(0, RouletteScope::words_per_block);
     format!(
         "fn wf_done_counter(block: u32, slot: u32) -> u32 {{\n    \
-         return wf_estimate(0u) + {groups}u * wf_control.pool_blocks + block * wf_control.ring + slot;\n}}\n"
+         return wf_estimate(0u) + {groups}u * wf_control.pool_blocks + block * wf_control.ring + slot;\n}}\n\
+         const WF_QUEUE_KEYS: u32 = {}u;\n\
+         fn wf_queues(bank: u32) -> u32 {{ return wf_done_counter(wf_control.pool_blocks, 0u) + bank * {}u; }}\n",
+        queues::KEYS,
+        queues::PER_BANK
     )
 }
 
-/// What `generate` needs besides.
-pub(super) fn generate_helpers(glue: &Glue, shader: impl Fn(&str) -> &'static str) -> String {
-    if glue.grain().is_by_lane() { format!("{}{}", formula(glue), shader("scheduler::lanes")) } else { String::new() }
+/// What `generate` and the stages need besides.
+pub(super) fn helpers(glue: &Glue, shader: impl Fn(&str) -> &'static str) -> String {
+    let (by_lane, packs) = (glue.grain().is_by_lane(), glue.interface.stages.iter().any(|stage| glue.local.packs(&stage.name)));
+    let lanes = if by_lane { format!("{}{}", formula(glue), shader("scheduler::lanes")) } else { String::new() };
+    let marks = if by_lane || packs { shader("scheduler::marks") } else { "" };
+    let local = if packs { shader("scheduler::local") } else { "" };
+    format!("{lanes}{marks}{local}{}", if glue.grain() == Grain::KeyedLanes { enqueue(glue, shader) } else { String::new() })
+}
+
+/// The kernels between the first stage and the others, where queues have keys.
+fn enqueue(glue: &Glue, shader: impl Fn(&str) -> &'static str) -> String {
+    let Some([_, _, list, key, by_key]) = planes(glue) else { return String::new() };
+    format!(
+        "const WF_QUEUE_STRIDE: u32 = {}u;\n\
+         const WF_LIST: u32 = {list}u;\n\
+         const WF_KEY: u32 = {key}u;\n\
+         const WF_LIST_BY_KEY: u32 = {by_key}u;\n{}",
+        glue.layout.stride(),
+        shader("scheduler::queues")
+    )
+}
+
+/// Behind the first stage: the lane that goes on says what kind of work it asks for.
+pub(super) fn choose_queue(glue: &Glue, index: usize) -> String {
+    match (glue.grain(), planes(glue)) {
+        (Grain::KeyedLanes, Some([_, _, _, key, _])) if index == 0 => format!(
+            "    let wf_kind = {}(&wf_state) % WF_QUEUE_KEYS;\n    \
+             wf_bank[wf_base + {key}u] = wf_kind;\n    \
+             atomicAdd(&wf_counters[wf_queues(wf_bank_of.x) + wf_kind], 1u);\n",
+            glue.names.queue_key
+        ),
+        _ => String::new(),
+    }
 }
 
 /// The order of the tiles as a formula; empty for measured orders.

@@ -4,7 +4,7 @@ use super::{Composition, GENERATED, Glue, kernels, tick_module};
 use crate::{
     Error, Instruments, Program, Result, Schedule,
     layout::Layout,
-    policy::{Execution, Grain, LaunchScope, OrderRule, Roulette, RouletteScope, WorkSource},
+    policy::{Execution, Grain, LaneCompaction, LaunchScope, OrderRule, Roulette, RouletteScope, WorkSource},
 };
 
 /// The WGSL of a program under a schedule.
@@ -64,6 +64,8 @@ pub(crate) fn link(
     // A program that does not say how likely a walk survives has no roulette, whatever the schedule offers.
     let roulette = schedule.roulette.as_deref().filter(|_| program.has_roulette());
     refuse_contradictions(schedule, roulette)?;
+    refuse_unknown_stages(program, schedule)?;
+    refuse_queues(program, schedule)?;
     let layout = program.layout_at(roulette.map(|roulette| roulette.scope()), schedule.grain());
     let glue = Glue {
         interface: program.interface(),
@@ -75,6 +77,7 @@ pub(crate) fn link(
         roulette,
         execution: schedule.execution,
         launch: schedule.launch,
+        local: &schedule.local,
         pins: schedule.pins,
         poison: schedule.poison,
         instruments,
@@ -105,18 +108,56 @@ fn refuse_contradictions(schedule: &Schedule, roulette: Option<&dyn Roulette>) -
         (Execution::Megakernel, _) if is_measured => {
             refuse(format!("order `{order}` measures the steps of tiles; the megakernel has none that could be measured"))
         }
-        (Execution::Wavefront, Grain::Lanes | Grain::PackedLanes) if is_measured => refuse(format!(
+        (Execution::Wavefront, grain) if grain.is_by_lane() && is_measured => refuse(format!(
             "order `{order}` measures the steps of tiles; under `{regeneration}` the items of a tile go to lanes anywhere in the pool"
         )),
-        (Execution::Wavefront, Grain::Lanes | Grain::PackedLanes) if by_block.is_some() => refuse(format!(
+        (Execution::Wavefront, grain) if grain.is_by_lane() && by_block.is_some() => refuse(format!(
             "roulette `{}` draws for a tile that fills a block; under `{regeneration}` the lanes of a block walk items of several tiles: \
              `group:256` draws for all lanes of a work-group, whoever they are",
             by_block.map_or("", |roulette| roulette.name())
         )),
-        (Execution::Wavefront, Grain::PackedLanes) if schedule.launch == LaunchScope::AllBlocks => {
+        (Execution::Megakernel, _) if schedule.local != LaneCompaction::None => {
+            refuse("`local` packs the lanes of stages; in a megakernel a lane keeps its state in registers, and its place".into())
+        }
+        (Execution::Wavefront, grain) if grain.is_packed() && schedule.local != LaneCompaction::None => {
+            refuse(format!("`local` packs the lanes of a block; `{regeneration}` launches a list of lanes that is packed already"))
+        }
+        (Execution::Wavefront, grain) if grain.is_packed() && schedule.launch == LaunchScope::AllBlocks => {
             refuse(format!("`launch=full` covers dead blocks; `{regeneration}` launches a list of lanes, not blocks"))
         }
+        (Execution::Wavefront, Grain::KeyedLanes) if roulette.is_some_and(|roulette| roulette.scope().is_shared()) => refuse(format!(
+            "roulette `{}` is shared by lanes side by side; under `{regeneration}` the hardware decides which these are: a run could not be \
+             repeated",
+            roulette.map_or("", |roulette| roulette.name())
+        )),
         _ => Ok(()),
+    }
+}
+
+/// Queues by key of a program that has none.
+fn refuse_queues(program: &Program, schedule: &Schedule) -> Result<()> {
+    let (name, regeneration) = (program.name(), schedule.regeneration.name());
+    match schedule.grain() {
+        Grain::KeyedLanes if !program.has_queue_key() => Err(Error::Schedule(format!(
+            "`{regeneration}` orders walks by `fn queue_key(walk: ptr<function, STATE>) -> u32`, which `{name}` does not declare"
+        ))),
+        Grain::KeyedLanes if program.stages().count() < 2 => {
+            Err(Error::Schedule(format!("`{regeneration}` orders walks for the stages after the first; `{name}` has no other")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Names after `local` that the program has no stage for.
+fn refuse_unknown_stages(program: &Program, schedule: &Schedule) -> Result<()> {
+    let LaneCompaction::Stages(names) = &schedule.local else { return Ok(()) };
+    let stages: Vec<&str> = program.stages().collect();
+    match names.iter().find(|name| !stages.contains(&name.as_str())) {
+        Some(name) => {
+            let (program, stages) = (program.name(), stages.join(", "));
+            Err(Error::Schedule(format!("local={}: `{program}` has no stage `{name}`; it has {stages}", schedule.local)))
+        }
+        None => Ok(()),
     }
 }
 

@@ -78,9 +78,11 @@ impl Run<'_> {
         let control = &snapshot.control;
         let (steps, banked) = (u64::from(control.step), u64::from(control.bank_steps));
         let is_mega = schedule.execution == Execution::Megakernel;
-        let per_bank =
-            plan.step.iter().filter(|launch| matches!(launch.size, Size::LiveBlocks | Size::FilledBlocks | Size::PackedLanes)).count()
-                as u64;
+        let per_bank = plan
+            .step
+            .iter()
+            .filter(|launch| matches!(launch.size, Size::LiveBlocks | Size::FilledBlocks | Size::PackedLanes | Size::Queues))
+            .count() as u64;
         let stage_launches = per_bank * if is_mega { steps } else { banked };
         report.steps = steps;
         report.launches = 1 + steps + stage_launches + u64::from(control.bank_regenerations) + u64::from(control.resolved);
