@@ -3,7 +3,7 @@
 //! Key decision: the Vulkan loader chooses drivers when an instance is made, by environment variables; a process cannot change its mind.
 //! So every other driver gets a process of its own: the test binary runs itself.
 
-use std::{ops::ControlFlow, path::PathBuf, process::Command, sync::OnceLock, time::Duration};
+use std::{ops::ControlFlow, path::PathBuf, process::Command, sync::OnceLock};
 
 use wavepool::{Film, GpuContext, Program, Progress, Report, Schedule, Scheduler, policy::WorkSource};
 
@@ -142,12 +142,20 @@ pub fn run_again_on_swiftshader(without: &[&str]) {
     swiftshader().into_iter().for_each(|level| level.run_again(&arguments));
 }
 
-/// A run that takes longer than this never ends: the small programs here take seconds on a busy CPU.
-const PATIENCE: Duration = Duration::from_secs(90);
+/// Looks at a run without any change, after which it can only be one that never ends: a walk takes a thousand steps at most in these tests,
+/// and a submission may be one step.
+const PATIENCE: u32 = 5000;
 
-/// Lets a run go on until it can only be one that never ends.
-pub fn patient(progress: &Progress) -> ControlFlow<()> {
-    if progress.elapsed < PATIENCE { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+/// Lets a run go on until it can only be one that never ends. Looks count, not seconds: on a busy machine a driver may compile a large kernel for
+/// minutes, and a run that was given up on time has fewer passes, which looks like other bits.
+pub fn patient() -> impl FnMut(&Progress) -> ControlFlow<()> {
+    let (mut latest, mut looks) = ((0, 0), 0);
+    move |progress| {
+        let now = (progress.passes_done, progress.items_started);
+        looks = if now == latest { looks + 1 } else { 0 };
+        latest = now;
+        if looks < PATIENCE { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    }
 }
 
 /// Runs a program once; failures name the program and the schedule.
@@ -155,7 +163,7 @@ pub fn patient(progress: &Progress) -> ControlFlow<()> {
 /// # Panics
 /// When the library reports an error, or the run does not end.
 pub fn run(gpu: &GpuContext, program: &Program, source: impl WorkSource + 'static, passes: u32, schedule: &Schedule) -> (Film, Report) {
-    let outcome = scheduler(gpu, program, source, schedule).run_with(0, passes, patient);
+    let outcome = scheduler(gpu, program, source, schedule).run_with(0, passes, patient());
     let (film, report) = outcome.unwrap_or_else(|error| panic!("{}, {schedule}: {error}", program.name()));
     assert!(film.pixels() == 0 || report.passes == passes, "{}, {schedule}: {} of {passes} passes", program.name(), report.passes);
     (film, report)

@@ -185,10 +185,10 @@ fn sample_numbers_end_where_32_bits_end() {
     let Some(gpu) = gpu() else { return };
     for schedule in [Schedule::block().with_pool_blocks(2), Schedule::megakernel()] {
         let mut scheduler = scheduler(gpu, &identity_sum(), LinearRange { count: 300 }, &schedule);
-        let (film, _) = scheduler.run_with(u32::MAX - 4, 4, patient).expect("the last samples");
+        let (film, _) = scheduler.run_with(u32::MAX - 4, 4, patient()).expect("the last samples");
         let last = (u32::MAX - 4..u32::MAX).map(f64::from).sum::<f64>();
         assert!((0..300).all(|pixel| film.sum(pixel, 3) == last), "{schedule}");
-        let error = scheduler.run_with(u32::MAX - 3, 4, patient).expect_err("one too many");
+        let error = scheduler.run_with(u32::MAX - 3, 4, patient()).expect_err("one too many");
         assert!(matches!(error, Error::Limit { .. }), "{error}");
     }
 }
@@ -205,14 +205,14 @@ fn a_device_with_default_limits_and_checks_gives_the_same_bits() {
     for schedule in ["never", "block,threshold=0,check_every=1", "block,order=depth-max", "megakernel"] {
         let schedule = schedule.parse::<Schedule>().expect("a schedule").with_pool_blocks(5).with_bank_blocks(2);
         let builder = Scheduler::builder(&program, image).schedule(&schedule);
-        let outcome = builder.build_on(&lent).and_then(|mut scheduler| scheduler.run_with(0, 3, patient));
+        let outcome = builder.build_on(&lent).and_then(|mut scheduler| scheduler.run_with(0, 3, patient()));
         let (film, _) = outcome.unwrap_or_else(|error| panic!("{schedule}: {error}"));
         assert_eq!(film.hash(), expected, "{schedule}");
     }
     let Subject::Scene(scene) = built_in("mirror-corridor") else { panic!("a scene") };
     let settings = Settings::new(24, 20, 2);
-    let ours = Renderer::new(gpu, &scene, &settings).and_then(|mut renderer| renderer.render(patient)).expect("renders");
-    let theirs = Renderer::new(&lent, &scene, &settings).and_then(|mut renderer| renderer.render(patient));
+    let ours = Renderer::new(gpu, &scene, &settings).and_then(|mut renderer| renderer.render(patient())).expect("renders");
+    let theirs = Renderer::new(&lent, &scene, &settings).and_then(|mut renderer| renderer.render(patient()));
     assert_eq!(theirs.expect("renders").film.hash(), ours.film.hash());
 }
 
@@ -241,7 +241,7 @@ fn counters_and_assertions_are_exact() {
             let instruments = Instruments { assertions, ..Instruments::default() };
             let builder = Scheduler::builder(&program, LinearRange { count: count as u32 }).schedule(&schedule).instruments(instruments);
             let mut scheduler = builder.build_on(gpu).expect("builds");
-            let (_, report) = scheduler.run_with(0, passes as u32, patient).expect("runs");
+            let (_, report) = scheduler.run_with(0, passes as u32, patient()).expect("runs");
             assert_eq!(report.counters, [("steps".to_owned(), times(steps)), ("odd".to_owned(), times(odd))], "{schedule}");
             let expected = [("begins_apart".to_owned(), times(apart)), ("positive".to_owned(), 0)];
             assert_eq!(report.assertions, if assertions { &expected[..] } else { &[] }, "{schedule}");

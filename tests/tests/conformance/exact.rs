@@ -88,7 +88,7 @@ fn made_up_workloads_are_predicted_exactly() {
             let resources = Resources::new().buffer("lengths", &buffer.unwrap_or_else(|error| panic!("{name}: {error}")));
             let builder = Scheduler::builder(&program, workload.source).schedule(&schedule).resources(&resources).instruments(instruments);
             let scheduler = builder.build_on(gpu);
-            let outcome = scheduler.and_then(|mut scheduler| scheduler.run_with(0, workload.passes, patient));
+            let outcome = scheduler.and_then(|mut scheduler| scheduler.run_with(0, workload.passes, patient()));
             let (_, report) = outcome.unwrap_or_else(|error| panic!("{name}: {error}"));
             let lengths = |pass: u32, tile: u32, lengths: &mut [u32; 256]| *lengths = *workload.lengths(pass, tile);
             let in_bank = report.pool_blocks.div_ceil(report.banks);

@@ -41,14 +41,14 @@ fn means(schedule: &Schedule, group: u32, faults: &[Fault]) -> Option<(Sample, f
     for seed in 0..RUNS {
         scheduler.set_seed(seed);
         // One pass per sample number: the film keeps sums, and a bound holds for each walk.
-        let (film, report) = scheduler.run_with(seed * PASSES, PASSES, patient).expect("runs");
+        let (film, report) = scheduler.run_with(seed * PASSES, PASSES, patient()).expect("runs");
         assert_eq!((report.passes, report.not_finite), (PASSES, 0));
         assert!(report.items_killed > 0 && film.samples().iter().all(|samples| *samples == PASSES));
         let sums: Vec<f64> = (0..film.pixels()).map(|pixel| film.sum(pixel, 0)).collect();
         of_runs.push(sums.iter().sum::<f64>() / (sums.len() as f64 * f64::from(PASSES)));
     }
     scheduler.set_seed(1);
-    let (film, _) = scheduler.run_with(0, 1, patient).expect("runs");
+    let (film, _) = scheduler.run_with(0, 1, patient()).expect("runs");
     (0..film.pixels()).for_each(|pixel| heaviest = f64::max(heaviest, film.sum(pixel, 1)));
     Some((Sample::of(&of_runs), heaviest))
 }
@@ -128,7 +128,7 @@ fn checked_mode_names_faults_of_lanes() {
             let schedule = schedule.with_pool_blocks(5);
             let builder = Scheduler::builder(&program, source).schedule(&schedule).instruments(Instruments::checked());
             let mut scheduler = builder.fault(Fault { part, find, replace }).build_on(gpu).expect("builds");
-            match scheduler.run_with(0, 4, patient) {
+            match scheduler.run_with(0, 4, patient()) {
                 Err(Error::Conservation(message)) => assert!(message.contains(says), "{name}, {schedule}: {message}"),
                 outcome => panic!("{name}, {schedule}: not noticed: {outcome:?}"),
             }

@@ -76,7 +76,7 @@ fn with_faults(
     let resources = Resources::new().buffer("lengths", &lengths);
     let builder = Scheduler::builder(program, source).schedule(schedule).resources(&resources).instruments(instruments);
     let builder = faults.iter().fold(builder, |builder, fault| builder.fault(*fault));
-    builder.build_on(gpu)?.run_with(0, passes, patient)
+    builder.build_on(gpu)?.run_with(0, passes, patient())
 }
 
 /// For the program that reads how long its walks are.

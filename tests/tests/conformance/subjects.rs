@@ -71,7 +71,9 @@ impl Subject {
 
     /// Walks all pixels of an image; failures name the schedule.
     pub(crate) fn run(&self, image: ImageTiles, samples: u32, schedule: &Schedule, instruments: Instruments) -> (Film, Report) {
-        self.try_run(image, samples, schedule, instruments).unwrap_or_else(|error| panic!("{schedule}: {error}"))
+        let (film, report) = self.try_run(image, samples, schedule, instruments).unwrap_or_else(|error| panic!("{schedule}: {error}"));
+        assert_eq!(report.passes, samples, "{schedule}: the run was given up");
+        (film, report)
     }
 
     fn try_run(&self, image: ImageTiles, samples: u32, schedule: &Schedule, instruments: Instruments) -> Result<(Film, Report), String> {
@@ -80,13 +82,13 @@ impl Subject {
             Subject::Program(program) => {
                 let builder = Scheduler::builder(program, image).schedule(schedule).instruments(instruments);
                 let mut scheduler = builder.build_on(gpu).map_err(|error| error.to_string())?;
-                scheduler.run_with(0, samples, patient).map_err(|error| error.to_string())
+                scheduler.run_with(0, samples, patient()).map_err(|error| error.to_string())
             }
             Subject::Scene(scene) => {
                 let mut settings = Settings::new(image.width, image.height, samples);
                 (settings.depth, settings.schedule, settings.instruments) = (12, schedule.clone(), instruments);
                 let mut renderer = Renderer::new(gpu, scene, &settings).map_err(|error| error.to_string())?;
-                let rendering = renderer.render(patient).map_err(|error| error.to_string())?;
+                let rendering = renderer.render(patient()).map_err(|error| error.to_string())?;
                 Ok((rendering.film, rendering.report))
             }
         }
