@@ -5,6 +5,8 @@
 
 #[path = "conformance/array.rs"]
 mod array;
+#[path = "conformance/auto.rs"]
+mod auto;
 #[path = "conformance/cache.rs"]
 mod cache;
 #[path = "conformance/edges.rs"]

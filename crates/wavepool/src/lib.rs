@@ -36,7 +36,7 @@ pub mod shader;
 
 pub use error::{Error, Result};
 pub use executor::{
-    LaneState, PoolSnapshot, Progress, Report, Resources, Run, Scheduler, SchedulerBuilder, SchedulingCost, Took, Value, upload,
+    Decision, LaneState, PoolSnapshot, Progress, Report, Resources, Run, Scheduler, SchedulerBuilder, SchedulingCost, Took, Value, upload,
 };
 pub use film::Film;
 pub use gpu::{AdapterFacts, GpuContext, GpuOptions, adapters};

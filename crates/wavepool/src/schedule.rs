@@ -49,6 +49,9 @@ pub struct Schedule {
     pub ring: Option<u32>,
     /// Keep drivers from rewriting algebra across the borders of stages. Without it, executions may differ in the last bits.
     pub pins: bool,
+    /// Where there are any: these take turns at whole passes, and the fastest goes on ([`Chooser`](crate::policy::Chooser)). Of the rest, roulette,
+    /// order, pins, ring and the size of the pool are theirs.
+    pub candidates: Vec<Schedule>,
     /// For tests: fills every leaf that a kernel may not use with this word.
     pub poison: Option<u32>,
 }
@@ -74,6 +77,7 @@ impl Schedule {
             submission_steps: None,
             ring: None,
             pins: true,
+            candidates: Vec::new(),
             poison: None,
         }
     }
@@ -106,6 +110,17 @@ impl Schedule {
     /// All stages in one kernel.
     pub fn megakernel() -> Self {
         Schedule { execution: Execution::Megakernel, ..Schedule::never() }
+    }
+
+    /// Whatever is fastest here: the megakernel, block-in-place regeneration and none at all do a pass each, then the fastest goes on; looked at
+    /// again when a pass takes much longer or shorter than before.
+    pub fn auto() -> Self {
+        Schedule::of_candidates(vec![Schedule::megakernel(), Schedule::block(), Schedule::never()])
+    }
+
+    /// The same with candidates of one's own.
+    pub fn of_candidates(candidates: Vec<Schedule>) -> Self {
+        Schedule { candidates, ..Schedule::block() }
     }
 
     /// In which portions work is handed out: what the regeneration says, whole tiles in a megakernel.
@@ -176,6 +191,7 @@ impl fmt::Display for Schedule {
     /// As [`FromStr`] reads it, all policies spelled out.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.execution {
+            _ if !self.candidates.is_empty() => f.write_str("auto")?,
             Execution::Megakernel => f.write_str("megakernel")?,
             Execution::Wavefront if self.launch == LaunchScope::AllBlocks => write!(f, "{},launch=full", self.regeneration.spec())?,
             Execution::Wavefront => f.write_str(&self.regeneration.spec())?,
@@ -229,6 +245,11 @@ pub const SCHEDULES: &[Choice<Schedule>] = &[
         about: "all stages in one kernel that loops, state in registers (Parker et al. 2010 built theirs so)",
         make: Schedule::megakernel,
     },
+    Choice {
+        name: "auto",
+        about: "measures megakernel, block and never for a pass each and goes on with the fastest; the same bits whatever it chooses",
+        make: Schedule::auto,
+    },
 ];
 
 /// Keys that can follow a name, with what they take and what they do.
@@ -281,6 +302,9 @@ impl FromStr for Schedule {
                 ("check_every" | "every", _) => {
                     steps = Some(value.parse().ok().filter(|value| *value > 0).ok_or_else(|| wrong("1 or more"))?);
                 }
+                ("launch" | "local", _) if !schedule.candidates.is_empty() => {
+                    return Err(Error::Schedule(format!("`{key}` belongs to one schedule; `{name}` chooses among several")));
+                }
                 ("launch", _) if schedule.execution != Execution::Wavefront => {
                     return Err(Error::Schedule(format!("`launch` belongs to wavefronts; `{name}` launches no blocks")));
                 }
@@ -325,8 +349,8 @@ mod tests {
     #[test]
     fn mistakes_are_named() {
         for (text, expected) in [
-            ("blok", "unknown name `blok`; there are: block, never, never-full, per-lane, compaction, keyed, megakernel"),
-            ("", "unknown name ``; there are: block, never, never-full, per-lane, compaction, keyed, megakernel"),
+            ("blok", "unknown name `blok`; there are: block, never, never-full, per-lane, compaction, keyed, megakernel, auto"),
+            ("", "unknown name ``; there are: block, never, never-full, per-lane, compaction, keyed, megakernel, auto"),
             ("block,treshold=1", "unknown key `treshold`"),
             ("block,threshold=16", "threshold=16: allowed is 0 to 15"),
             ("block,threshold=nan", "threshold=nan: allowed is 0 to 15"),
@@ -335,6 +359,7 @@ mod tests {
             ("per-lane,threshold=0.5", "`threshold` belongs to `block`"),
             ("compaction,check_every=2", "`check_every` belongs to `block` and `per-lane`"),
             ("per-lane,every=2", "`every` belongs to `compaction`"),
+            ("auto,launch=full", "`launch` belongs to one schedule"),
             ("compaction,every=0", "every=0: allowed is 1 or more"),
             ("block,roulette=warp", "roulette=warp: allowed is none, lane, group:32, block-max, block-mean"),
             ("block,roulette=group:48", "roulette=group:48: allowed is none, lane, group:32, block-max, block-mean"),
@@ -370,6 +395,7 @@ mod tests {
             "per-lane,check_every=3",
             "compaction,every=8",
             "keyed",
+            "auto,roulette=none",
         ] {
             let printed = text.parse::<Schedule>().expect(text).to_string();
             assert_eq!(printed.parse::<Schedule>().expect(&printed).to_string(), printed);

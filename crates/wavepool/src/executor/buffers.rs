@@ -133,9 +133,14 @@ impl Buffers {
         ]
     }
 
-    /// Brings everything to the state before the first tick.
-    pub(super) fn reset(&self, queue: &wgpu::Queue, encoder: &mut wgpu::CommandEncoder, head: &Control) {
-        for buffer in [&self.counters, &self.arguments, &self.results, &self.film, &self.record].into_iter().chain(&self.banks) {
+    /// Brings everything to the state before the first tick; the film to that of `film`, or to nothing.
+    pub(super) fn reset(&self, queue: &wgpu::Queue, encoder: &mut wgpu::CommandEncoder, head: &Control, film: Option<&wgpu::Buffer>) {
+        match film {
+            Some(film) if *film == self.film => {}
+            Some(film) => encoder.copy_buffer_to_buffer(film, 0, &self.film, 0, self.film.size()),
+            None => encoder.clear_buffer(&self.film, 0, None),
+        }
+        for buffer in [&self.counters, &self.arguments, &self.results, &self.record].into_iter().chain(&self.banks) {
             encoder.clear_buffer(buffer, 0, None);
         }
         let mut words: Vec<u32> = bytemuck::cast_slice(bytemuck::bytes_of(head)).to_vec();

@@ -5,6 +5,7 @@
 //!
 //! **Invariant:** every create call stands inside an error scope. **Invariant:** every wait has a time limit.
 
+mod auto;
 mod buffers;
 mod cache;
 mod collect;
@@ -18,8 +19,9 @@ mod snapshot;
 mod stripped;
 mod times;
 
-use std::time::Duration;
+use std::{sync::Arc, time::Duration};
 
+pub use auto::Decision;
 pub(crate) use cache::KernelCache;
 pub use resources::{Resources, upload};
 pub use run::Run;
@@ -37,6 +39,7 @@ use crate::{
     profile::{Observed, Statistics},
     shader::{Fault, link},
 };
+use auto::Auto;
 use buffers::Buffers;
 use kernels::Kernels;
 use sizes::{Demand, Sizes};
@@ -47,7 +50,7 @@ pub struct Scheduler {
     device: wgpu::Device,
     queue: wgpu::Queue,
     program: Program,
-    source: Box<dyn WorkSource>,
+    source: Arc<dyn WorkSource>,
     schedule: Schedule,
     layout: Layout,
     plan: Plan,
@@ -59,13 +62,15 @@ pub struct Scheduler {
     instruments: Instruments,
     cache: KernelCache,
     faults: Vec<Fault>,
+    /// Candidates of a schedule that picks one of several.
+    auto: Option<Box<Auto>>,
 }
 
 /// Collects what a [`Scheduler`] may be given besides a program, a source and a device.
 #[derive(Debug)]
 pub struct SchedulerBuilder<'a> {
     program: &'a Program,
-    source: Box<dyn WorkSource>,
+    source: Arc<dyn WorkSource>,
     schedule: Schedule,
     resources: Resources,
     instruments: Instruments,
@@ -114,6 +119,9 @@ impl SchedulerBuilder<'_> {
     /// [`Error::Shader`], [`Error::Schedule`], [`Error::Resource`], [`Error::Gpu`] when the device refuses something, [`Error::Limit`] when a
     /// limit is too small.
     pub fn build(self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Scheduler> {
+        if !self.schedule.candidates.is_empty() {
+            return auto::build(self, device, queue);
+        }
         let SchedulerBuilder { program, source, mut schedule, resources, instruments, cache, faults } = self;
         // A program that does not say how likely a walk survives has no roulette, whatever the schedule offers.
         schedule.roulette = schedule.roulette.filter(|_| program.has_roulette());
@@ -136,6 +144,7 @@ impl SchedulerBuilder<'_> {
             instruments,
             cache,
             faults,
+            auto: None,
         })
     }
 }
@@ -199,6 +208,8 @@ pub struct Report {
     pub counters: Vec<(String, u64)>,
     /// How often each of the program's assertions did not hold; empty when they are off.
     pub assertions: Vec<(String, u64)>,
+    /// Of a schedule that picks one of several: who did which passes, and why.
+    pub decisions: Vec<Decision>,
     /// What was done otherwise than asked, one line each.
     pub notes: Vec<String>,
     /// What instruments have seen.
@@ -243,7 +254,7 @@ impl Scheduler {
     pub fn builder(program: &Program, source: impl WorkSource + 'static) -> SchedulerBuilder<'_> {
         SchedulerBuilder {
             program,
-            source: Box::new(source),
+            source: Arc::new(source),
             schedule: Schedule::default(),
             resources: Resources::new(),
             instruments: Instruments::default(),
@@ -257,6 +268,9 @@ impl Scheduler {
     /// # Errors
     /// As [`SchedulerBuilder::build`].
     pub fn reload(&mut self, program: &Program) -> Result<()> {
+        if let Some(auto) = &mut self.auto {
+            auto.reload(program)?;
+        }
         let mut schedule = self.schedule.clone();
         schedule.roulette = schedule.roulette.filter(|_| program.has_roulette());
         let linked = link(program, self.source.as_ref(), &schedule, &self.instruments, tick_lanes(&self.device), &self.faults)?;

@@ -14,6 +14,7 @@ use std::{
 
 use super::{
     Execution, Progress, Report, Scheduler,
+    auto::FilmBase,
     buffers::Buffers,
     collect::Collector,
     kernels::scoped,
@@ -66,6 +67,8 @@ pub struct Run<'a> {
     collector: Collector,
     notes: Vec<String>,
     begun: Instant,
+    /// A film to add to.
+    pub(super) base: Option<FilmBase>,
 }
 
 impl Scheduler {
@@ -75,6 +78,12 @@ impl Scheduler {
     /// # Errors
     /// [`Error::DeviceLost`], [`Error::Timeout`], [`Error::Limit`], [`Error::Conservation`].
     pub fn run_with(&mut self, first: u32, passes: u32, observe: impl FnMut(&Progress) -> ControlFlow<()>) -> Result<(Film, Report)> {
+        if let Some(mut auto) = self.auto.take() {
+            check_samples(first, passes)?;
+            let outcome = auto.run(self.seed, [first, passes], observe);
+            self.auto = Some(auto);
+            return outcome;
+        }
         let mut run = self.begin(first, passes)?;
         run.drive(observe)?;
         run.finish()
@@ -85,15 +94,10 @@ impl Scheduler {
     /// # Errors
     /// [`Error::Limit`] when something does not fit, [`Error::Gpu`] when there is no memory even for the smallest pool.
     pub fn begin(&mut self, first: u32, passes: u32) -> Result<Run<'_>> {
-        if first.checked_add(passes).is_none() {
-            return Err(Error::Limit {
-                what: format!("a run of {passes} samples from sample {first} on"),
-                need: u64::from(first) + u64::from(passes),
-                limit: u64::from(u32::MAX),
-                unit: "sample numbers",
-                advice: "begin at a smaller number".into(),
-            });
+        if self.auto.is_some() {
+            return Err(Error::Schedule("a run step by step needs one schedule; `auto` changes its own between passes".into()));
         }
+        check_samples(first, passes)?;
         let mut notes = Vec::new();
         let buffers = self.allocate(passes, &mut notes)?;
         let sizes = buffers.sizes;
@@ -131,6 +135,7 @@ impl Scheduler {
             collector: Collector::default(),
             notes,
             begun: Instant::now(),
+            base: None,
         })
     }
 
@@ -156,6 +161,19 @@ impl Scheduler {
                 }
             }
         }
+    }
+}
+
+fn check_samples(first: u32, passes: u32) -> Result<()> {
+    match first.checked_add(passes) {
+        Some(_) => Ok(()),
+        None => Err(Error::Limit {
+            what: format!("a run of {passes} samples from sample {first} on"),
+            need: u64::from(first) + u64::from(passes),
+            limit: u64::from(u32::MAX),
+            unit: "sample numbers",
+            advice: "begin at a smaller number".into(),
+        }),
     }
 }
 
@@ -226,7 +244,7 @@ impl Run<'_> {
     }
 
     /// Submits until the device says that all passes are resolved, or `observe` stops.
-    fn drive(&mut self, mut observe: impl FnMut(&Progress) -> ControlFlow<()>) -> Result<()> {
+    pub(super) fn drive(&mut self, mut observe: impl FnMut(&Progress) -> ControlFlow<()>) -> Result<()> {
         let fixed = self.scheduler.schedule.submission_steps;
         let mut steps = fixed.unwrap_or(1);
         let mut last_answer = Instant::now();
@@ -320,7 +338,7 @@ impl Run<'_> {
         scoped(device, "recording steps", || {
             let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some(program.name()) });
             if !self.is_open {
-                buffers.reset(queue, &mut encoder, &self.head);
+                buffers.reset(queue, &mut encoder, &self.head, self.base.as_ref().map(|base| &base.film));
             }
             if buffers.sizes.record_steps > 0 {
                 let place = std::mem::offset_of!(Control, record_steps) as u64;

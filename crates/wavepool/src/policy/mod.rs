@@ -7,6 +7,7 @@
 //! **Invariant:** no policy sees a device; what the library's own policies use is public.
 
 mod choice;
+mod chooser;
 mod execution;
 mod lane_compaction;
 mod launch_scope;
@@ -16,6 +17,7 @@ mod tile_order;
 mod work_source;
 
 pub use choice::Choice;
+pub use chooser::{Chooser, Choosing};
 pub use execution::Execution;
 pub use lane_compaction::LaneCompaction;
 pub use launch_scope::{LAUNCHES, LaunchScope};

@@ -195,6 +195,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         "work:       {} steps, {} launches, {} regenerations, {} of {} paths ended by roulette",
         report.steps, report.launches, report.regenerations, report.items_killed, report.items_started
     ));
+    for decision in &report.decisions {
+        let (first, last) = (decision.first_pass, decision.first_pass + decision.passes);
+        say(format_args!("auto:       samples {first}..{last} by {}: {}", decision.schedule, decision.reason));
+    }
     if report.not_finite > 0 {
         say(format_args!("ledger:     {} components of samples were not finite and count as zero", report.not_finite));
     }

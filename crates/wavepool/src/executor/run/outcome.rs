@@ -6,7 +6,7 @@ use super::Run;
 use crate::{
     Error, Film, Report, Result, Scheduler,
     control::{Control, counter_64, counters},
-    executor::{readback, sizes::Sizes},
+    executor::{auto::FilmBase, readback, sizes::Sizes},
     plan::Size,
     policy::Execution,
     profile::Lengths,
@@ -21,6 +21,23 @@ impl Run<'_> {
         self.receive_all()?;
         let elapsed = self.begun.elapsed();
         let film = self.read_film()?;
+        Ok((film, self.account(elapsed)?))
+    }
+
+    /// The same without looking at the film, which stays on the device for another run to add to.
+    pub(in crate::executor) fn close(mut self) -> Result<(Report, FilmBase)> {
+        self.receive_all()?;
+        let elapsed = self.begun.elapsed();
+        self.check_results()?;
+        let film = FilmBase {
+            film: self.buffers.film.clone(),
+            passes: self.passes_in_film(self.latest.as_ref().map_or(0, |snapshot| snapshot.control.resolved)),
+            not_finite: self.not_finite(),
+        };
+        Ok((self.account(elapsed)?, film))
+    }
+
+    fn account(mut self, elapsed: Duration) -> Result<Report> {
         let mut report = self.report(elapsed);
         report.observed = std::mem::take(&mut self.collector).finish();
         let Run { scheduler, buffers, head, .. } = self;
@@ -32,34 +49,37 @@ impl Run<'_> {
             report.observed.lengths = Some(Lengths::new(head.tiles, words));
         }
         scheduler.buffers = Some(buffers);
-        Ok((film, report))
+        Ok(report)
+    }
+
+    fn passes_in_film(&self, resolved: u32) -> u32 {
+        self.base.as_ref().map_or(0, |base| base.passes) + resolved
+    }
+
+    fn not_finite(&self) -> u64 {
+        let before = self.base.as_ref().map_or(0, |base| base.not_finite);
+        before + self.latest.as_ref().map_or(0, |snapshot| snapshot.total(counters::NOT_FINITE))
+    }
+
+    fn check_results(&self) -> Result<()> {
+        match self.latest.as_ref().map_or(0, |snapshot| snapshot.total(counters::MISSING)) {
+            0 => Ok(()),
+            missing => Err(Error::Conservation(format!("{missing} items left no result"))),
+        }
     }
 
     fn read_film(&self) -> Result<Film> {
-        let Some(snapshot) = &self.latest else {
-            let (leaves, pixels) = (&self.scheduler.program.interface().result, self.scheduler.source.pixels() as usize);
-            return Ok(Film::gather(leaves, pixels, 0, &[], |_| None, 0));
-        };
-        let missing = snapshot.total(counters::MISSING);
-        if missing > 0 {
-            return Err(Error::Conservation(format!("{missing} items left no result")));
+        self.check_results()?;
+        match &self.latest {
+            Some(snapshot) => self.gather_film(snapshot.control.resolved),
+            None => Ok(self.scheduler.empty_film()),
         }
-        self.gather_film(snapshot.control.resolved)
     }
 
-    /// What the device has of the film, `resolved` samples per pixel.
+    /// What the device has of the film, `resolved` samples per pixel by this run.
     pub(in crate::executor) fn gather_film(&self, resolved: u32) -> Result<Film> {
-        let Scheduler { device, queue, program, source, .. } = &*self.scheduler;
-        let (leaves, pixels) = (&program.interface().result, source.pixels() as usize);
-        let film = &self.buffers.film;
-        let words = readback::read_through(&self.buffers.reader, device, queue, film, 0, film.size() / 4, "reading the film")?;
-        let pixel_of = |place: usize| source.pixel((place / 256) as u32, (place % 256) as u32);
-        let not_finite = self.latest.as_ref().map_or(0, |snapshot| snapshot.total(counters::NOT_FINITE));
-        let film = Film::gather(leaves, pixels, self.buffers.sizes.places() as usize, &words, pixel_of, not_finite);
-        match film.samples().iter().position(|samples| *samples != resolved) {
-            Some(pixel) => Err(Error::Conservation(format!("pixel {pixel} has {} samples, not {resolved}", film.samples()[pixel]))),
-            None => Ok(film),
-        }
+        let base = FilmBase { film: self.buffers.film.clone(), passes: self.passes_in_film(resolved), not_finite: self.not_finite() };
+        self.scheduler.gather(&base, &self.buffers.reader)
     }
 
     /// The megakernel counts whole passes.
@@ -114,5 +134,31 @@ impl Run<'_> {
         }
         report.elapsed = elapsed;
         report
+    }
+}
+
+impl Scheduler {
+    /// A film that runs have left on the device.
+    pub(in crate::executor) fn read_film(&self, base: &FilmBase) -> Result<Film> {
+        let reader = readback::reader(&self.device, base.film.size())?;
+        self.gather(base, &reader)
+    }
+
+    /// A film of no samples.
+    pub(in crate::executor) fn empty_film(&self) -> Film {
+        Film::gather(&self.program.interface().result, self.source.pixels() as usize, 0, &[], |_| None, 0)
+    }
+
+    fn gather(&self, base: &FilmBase, reader: &wgpu::Buffer) -> Result<Film> {
+        let Scheduler { device, queue, program, source, .. } = self;
+        let (leaves, pixels) = (&program.interface().result, source.pixels() as usize);
+        let words = readback::read_through(reader, device, queue, &base.film, 0, base.film.size() / 4, "reading the film")?;
+        let pixel_of = |place: usize| source.pixel((place / 256) as u32, (place % 256) as u32);
+        let film = Film::gather(leaves, pixels, source.tiles() as usize * 256, &words, pixel_of, base.not_finite);
+        let wanted = base.passes;
+        match film.samples().iter().position(|samples| *samples != wanted) {
+            Some(pixel) => Err(Error::Conservation(format!("pixel {pixel} has {} samples, not {wanted}", film.samples()[pixel]))),
+            None => Ok(film),
+        }
     }
 }
