@@ -59,15 +59,22 @@ pub enum Error {
 
 /// Why a megakernel cannot be drawn.
 const INSIDE: &str = "a megakernel keeps its steps inside of one launch";
+/// Why lanes that receive single items cannot.
+const MIXED: &str = "the lanes of a block walk items of several tiles, so that a block has no tile to be coloured by";
+/// Why a choice among schedules cannot.
+const TURNS: &str = "schedules take turns at whole passes; draw one of them";
 
 /// Asks, before the run, whether a schedule can be drawn.
 ///
 /// # Errors
-/// [`Error::NoSteps`] for a megakernel.
+/// [`Error::NoSteps`] for a megakernel, for lanes of a block that walk items of several tiles, and for several schedules in turns.
 pub fn check(schedule: &Schedule) -> Result<(), Error> {
+    let refuse = |why| Err(Error::NoSteps { schedule: schedule.to_string(), why });
     match schedule.execution {
+        _ if !schedule.candidates.is_empty() => refuse(TURNS),
+        Execution::Wavefront if schedule.regeneration.grain().is_by_lane() => refuse(MIXED),
         Execution::Wavefront => Ok(()),
-        _ => Err(Error::NoSteps { schedule: schedule.to_string(), why: INSIDE }),
+        _ => refuse(INSIDE),
     }
 }
 
