@@ -40,7 +40,11 @@ fn wrong_usage_is_exit_code_2() {
     refuses(&["render", "cornell-box", "--size", "0x64"], 2, &["--size 0x64"]);
     refuses(&["render", "cornell-box", "--size", "64"], 2, &["--size 64", "WIDTHxHEIGHT"]);
     refuses(&["render", "cornell-box", "--size", "99999x1"], 2, &["--size 99999x1"]);
-    refuses(&["render", "cornell-box", "--schedule", "blok"], 2, &["blok", "block, never, never-full, megakernel"]);
+    refuses(
+        &["render", "cornell-box", "--schedule", "blok"],
+        2,
+        &["blok", "block, never, never-full, per-lane, compaction, keyed, megakernel, auto"],
+    );
     refuses(&["render", "cornell-box", "--schedule", "block,threshold=99"], 2, &["threshold=99"]);
     refuses(&["render", "cornell-box", "--samples", "0"], 2, &["--samples 0"]);
     refuses(&["render", "cornell-box", "--pool-blocks", "0"], 2, &["--pool-blocks 0"]);
@@ -120,8 +124,11 @@ fn schedules_are_listed_and_can_be_typed_in() {
     }
     for (key, ..) in SCHEDULE_KEYS {
         assert!(stdout.contains(&format!("  {key}=")), "{key} is not in: {stdout}");
-        let message = format!("block,{key}=no-such-value").parse::<Schedule>().expect_err(key).to_string();
-        assert!(message.contains(&format!("{key}=no-such-value: allowed is ")), "{message}");
+        // Which stages there are, the program knows.
+        let owner = if *key == "every" { "compaction" } else { "block" };
+        let value = if *key == "local" { "trace+" } else { "no-such-value" };
+        let message = format!("{owner},{key}={value}").parse::<Schedule>().expect_err(key).to_string();
+        assert!(message.contains(&format!("{key}={value}: allowed is ")), "{message}");
     }
 }
 
