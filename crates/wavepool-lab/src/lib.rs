@@ -14,4 +14,4 @@ pub mod rivals;
 
 pub use interval::{Interval, median};
 pub use pairs::{Pair, compare};
-pub use rivals::{Rival, bench_schedules, compare_schedules};
+pub use rivals::{Cell, Rival, Rounds, bench_schedules, compare_schedules};

@@ -9,7 +9,8 @@ usage: cargo xtask COMMAND
   demo  [--yes]           set up, render a built-in scene, say where the picture is
   test  [--full] [--yes]  set up, then format, clippy, docs, book anchors and all tests
   bench WHAT [--quick]    figures of this device: core (tick, share, pins, wrappers), share alone, depth-sort (launches saved),
-                          schedules (all of them, counted and timed)
+                          schedules (all of them, counted, timed, swept for their best settings and taken apart)
+        [--out FOLDER]    of schedules: write tables (CSV, Markdown) and charts (SVG) there
   book                    build the tutorial into book/book
   setup [--yes]           make sure that a Vulkan, Metal or Direct3D adapter exists
 
@@ -30,7 +31,7 @@ pub(crate) enum Invocation {
     /// Build the tutorial.
     Book,
     /// Measure something on this device.
-    Bench { what: String, quick: bool },
+    Bench { what: String, quick: bool, out: Option<String> },
 }
 
 /// What can be measured.
@@ -71,10 +72,22 @@ fn bench(words: &[String]) -> Result<Invocation, Failure> {
     let Some(what) = words.first().filter(|what| BENCHES.contains(&what.as_str())) else {
         return Err(Failure::Usage(format!("`bench` measures one of: {}", known())));
     };
-    match words[1..].iter().find(|option| *option != "--quick") {
-        Some(stranger) => Err(Failure::Usage(format!("`bench` knows no option `{stranger}`"))),
-        None => Ok(Invocation::Bench { what: what.clone(), quick: words.len() > 1 }),
+    let (mut quick, mut out) = (false, None);
+    let mut options = words[1..].iter();
+    while let Some(option) = options.next() {
+        match option.as_str() {
+            "--quick" => quick = true,
+            "--out" if what != "schedules" => {
+                return Err(Failure::Usage(format!("`bench {what}` writes no files: `--out` belongs to `schedules`")));
+            }
+            "--out" => {
+                let folder = options.next().filter(|folder| !folder.starts_with("--"));
+                out = Some(folder.ok_or_else(|| Failure::Usage("`--out` needs a folder".into()))?.clone());
+            }
+            stranger => return Err(Failure::Usage(format!("`bench` knows no option `{stranger}`"))),
+        }
     }
+    Ok(Invocation::Bench { what: what.clone(), quick, out })
 }
 
 #[cfg(test)]
@@ -94,14 +107,19 @@ mod tests {
         assert_eq!(parse_line("test --full"), Ok(Invocation::Test { agreed: false, full: true }));
         assert_eq!(parse_line("test --yes --full"), Ok(Invocation::Test { agreed: true, full: true }));
         assert_eq!(parse_line("book"), Ok(Invocation::Book));
-        assert_eq!(parse_line("bench core --quick"), Ok(Invocation::Bench { what: "core".into(), quick: true }));
+        assert_eq!(parse_line("bench core --quick"), Ok(Invocation::Bench { what: "core".into(), quick: true, out: None }));
+        let schedules = |quick| Ok(Invocation::Bench { what: "schedules".into(), quick, out: Some("figures".into()) });
+        assert_eq!(parse_line("bench schedules --out figures"), schedules(false));
+        assert_eq!(parse_line("bench schedules --out figures --quick"), schedules(true));
         assert!(matches!(parse_line("demo --full"), Err(Failure::Usage(why)) if why.contains("--full")));
     }
 
     /// Kills: a misspelt command or option that is silently ignored.
     #[test]
     fn strangers_are_usage_errors() {
-        for line in ["", "tset", "test --ful", "book --yes", "bench", "bench cores", "bench core --fast"] {
+        let of_bench =
+            ["bench", "bench cores", "bench core --fast", "bench core --out x", "bench schedules --out", "bench schedules --out --quick"];
+        for line in ["", "tset", "test --ful", "book --yes"].into_iter().chain(of_bench) {
             assert!(matches!(parse_line(line), Err(Failure::Usage(_))), "{line:?} was accepted");
         }
     }

@@ -55,9 +55,13 @@ fn carry_out(invocation: Invocation) -> Result<(), Failure> {
         Invocation::Demo { agreed } => demo::run(&root, agreed),
         Invocation::Test { agreed, full } => checks::run(&root, agreed, full),
         Invocation::Book => book::build(&root),
-        Invocation::Bench { what, quick } => {
+        Invocation::Bench { what, quick, out } => {
+            // Cargo starts it in the root of the repository; the folder is meant from where we are.
+            let out = out.map(|folder| std::env::current_dir().map_or_else(|_| folder.clone().into(), |here| here.join(&folder)));
+            let out = out.as_ref().map(|folder| folder.to_string_lossy());
             let mut words = vec!["run", "--quiet", "--package", "wavepool-tests", "--bin", "bench", "--", &what];
             words.extend(quick.then_some("--quick"));
+            words.extend(out.iter().flat_map(|folder| ["--out", folder]));
             process::run(&mut process::cargo(&root, &words))
         }
     }

@@ -1,10 +1,14 @@
 //! Figures about scheduling on this device, called by `cargo xtask bench`.
 //!
 //! `core` prints the tick over 4096 blocks, the share of scheduling, the cost of pins and of the wrappers; `share` the second of these alone;
-//! `depth-sort` what sorted tiles save, measured and predicted; `schedules` all schedules on the built-in scenes, counted and timed in turns.
+//! `depth-sort` what sorted tiles save, measured and predicted; `schedules` all schedules on the built-in scenes, counted and timed in turns, with
+//! files and charts where `--out` says.
 //! A number without its device is none, so the adapter and the commit come first.
 
-use std::{ops::ControlFlow, time::Instant};
+#[path = "bench/schedules.rs"]
+mod schedules;
+
+use std::{ops::ControlFlow, path::PathBuf, time::Instant};
 
 use path_tracer::{Renderer, Settings, scene};
 use wavepool::{
@@ -15,7 +19,6 @@ use wavepool_lab::{
     clock::process_time,
     interval::median,
     pairs::{Pair, compare, median_of_ratios, ratio},
-    rivals::{Subject, TABLE_HEAD, compare_schedules, table},
 };
 use wavepool_tests::programs;
 
@@ -24,14 +27,15 @@ type Failure = Box<dyn std::error::Error>;
 fn main() -> Result<(), Failure> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let is_quick = words.iter().any(|word| word == "--quick");
+    let out = words.iter().position(|word| word == "--out").and_then(|place| words.get(place + 1)).map(PathBuf::from);
     let gpu = GpuContext::headless()?;
     println!("adapter: {}\ncommit:  {}\n", gpu.facts, commit());
     match words.first().map(String::as_str) {
         Some("core") => core(&gpu, is_quick),
         Some("share") => share(&gpu, is_quick),
         Some("depth-sort") => depth_sort(&gpu, is_quick),
-        Some("schedules") => schedules(&gpu, is_quick),
-        _ => Err("usage: bench core|share|depth-sort|schedules [--quick]".into()),
+        Some("schedules") => schedules::schedules(&gpu, is_quick, out),
+        _ => Err("usage: bench core|share|depth-sort|schedules [--quick] [--out FOLDER]".into()),
     }
 }
 
@@ -192,49 +196,6 @@ fn share(gpu: &GpuContext, is_quick: bool) -> Result<(), Failure> {
                 "    {clock:9} {:5.2} % [{:.2}, {:.2}] by medians, {:5.2} % [{:.2}, {:.2}] by pairs",
                 spread[0], spread[1], spread[2], paired[0], paired[1], paired[2]
             );
-        }
-    }
-    Ok(())
-}
-
-/// A renderer among its rivals.
-struct Rendering(Renderer);
-
-impl Subject for Rendering {
-    fn scheduler(&mut self) -> &mut Scheduler {
-        self.0.scheduler_mut()
-    }
-}
-
-/// All schedules on the built-in scenes at several depths, roulette by lane.
-fn schedules(gpu: &GpuContext, is_quick: bool) -> Result<(), Failure> {
-    let (side, passes, rounds) = if is_quick { (96, 4, 3) } else { (256, 8, 9) };
-    let depths: &[u32] = if is_quick { &[4, 32] } else { &[2, 4, 8, 16, 20, 32, 64, 128] };
-    let source = ImageTiles { width: side, height: side };
-    let pool = source.tiles() / 2;
-    println!("{side}x{side}, {passes} samples, a pool of {pool} blocks, {rounds} rounds; equal films are asserted");
-    print!("{TABLE_HEAD}");
-    let rivals = [
-        "never-full",
-        "never",
-        "block",
-        "block,threshold=0,check_every=1",
-        "block,threshold=0,check_every=1,order=depth-max",
-        "megakernel",
-    ];
-    let rivals = rivals.map(|text| text.parse::<Schedule>().map(|schedule| schedule.with_pool_blocks(pool)));
-    let rivals = rivals.into_iter().collect::<Result<Vec<_>, _>>()?;
-    for (name, _) in scene::BUILTIN {
-        let scene = scene::builtin(name).ok_or("the scene is built in")?;
-        for depth in depths {
-            let cells = compare_schedules(&source, &rivals, passes, rounds, |schedule, instruments| -> Result<Rendering, Failure> {
-                let mut settings = Settings::new(side, side, passes);
-                settings.depth = *depth;
-                settings.schedule = schedule.clone();
-                settings.instruments = instruments;
-                Ok(Rendering(Renderer::new(gpu, &scene, &settings)?))
-            })?;
-            print!("{}", table(&format!("`{name}`, depth {depth}"), &cells));
         }
     }
     Ok(())

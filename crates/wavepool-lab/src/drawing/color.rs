@@ -47,6 +47,33 @@ pub(super) fn of_label(color: Rgb) -> &'static str {
     if 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2] > 0.18 { "#000" } else { "#fff" }
 }
 
+/// The backgrounds of a chart, by day and by night.
+pub(super) const PAPER: [Rgb; 2] = [WHITE, [20, 23, 28]];
+/// Hues of lines, those that differ most first; a grey is among them.
+const LINES: [Rgb; 8] = [HUES[4], HUES[5], HUES[2], HUES[6], HUES[0], HUES[1], [120; 3], HUES[3]];
+/// What a line needs to be seen. **Source:** Web Content Accessibility Guidelines 2.1, criterion 1.4.11.
+const SEEN: f64 = 3.0;
+
+/// Of a line, by day and by night: its hue, as much darker or lighter as it needs to be seen.
+pub(super) fn of_line(index: usize) -> [Rgb; 2] {
+    let hue = LINES[index % LINES.len()];
+    [(PAPER[0], BLACK), (PAPER[1], WHITE)].map(|(paper, ink)| {
+        let shades = (0..=20).map(|shade| mix(hue, ink, f64::from(shade) / 20.0));
+        shades.into_iter().find(|color| contrast(*color, paper) >= SEEN).unwrap_or(ink)
+    })
+}
+
+/// How well two colours are told apart, 1 to 21. **Source:** Web Content Accessibility Guidelines 2.1, definitions.
+pub(super) fn contrast(one: Rgb, other: Rgb) -> f64 {
+    let luminance = |color: Rgb| {
+        let linear =
+            color.map(|value| f64::from(value) / 255.0).map(|v| if v <= 0.03928 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) });
+        0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2] + 0.05
+    };
+    let ratio = luminance(one) / luminance(other);
+    ratio.max(1.0 / ratio)
+}
+
 /// As in CSS.
 pub(super) fn css([r, g, b]: Rgb) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")

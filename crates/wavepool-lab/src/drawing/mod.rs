@@ -7,8 +7,10 @@
 //!
 //! **Invariant:** the cells of a [`Chart`] add up, step by step, to the counters of the tick; records that do not are refused.
 
+mod axis;
 mod color;
 mod html;
+mod lines;
 mod panel;
 mod raster;
 mod svg;
@@ -16,7 +18,9 @@ mod svg;
 mod tests;
 mod words;
 
+pub use axis::{Axis, AxisScale};
 pub use html::html;
+pub use lines::{Line, LinePanel, lines};
 pub use svg::svg;
 use words::{LETTERS, listed};
 

@@ -137,7 +137,7 @@ fn the_words_are_those_of_the_worked_example() {
 }
 
 /// Every tag closes in order; returns how many there are. Texts of scripts and styles are no tags.
-fn balanced(text: &str) -> usize {
+pub(super) fn balanced(text: &str) -> usize {
     let (mut open, mut tags, mut rest) = (Vec::new(), 0, text);
     while let Some(start) = rest.find('<') {
         let outside = &rest[..start];
