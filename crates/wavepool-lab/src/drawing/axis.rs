@@ -75,7 +75,13 @@ impl Axis {
                 // Powers of ten alone where there are many of them.
                 let is_wide = scale == AxisScale::Log && last - first > 9;
                 let chosen = (first..=last).filter(|index| !is_wide || index.rem_euclid(3) == 0);
-                chosen.map(|index| value_at(scale, index)).map(|tick| (tick, format!("{tick:.0$}", decimals(tick)))).collect()
+                let written = |index: i32| {
+                    let tick = value_at(scale, index);
+                    // A power of two below 1 has as many digits as it has halvings.
+                    let digits = if scale == AxisScale::Log2 { (-index).clamp(0, 12) as usize } else { decimals(tick) };
+                    (tick, format!("{tick:.digits$}"))
+                };
+                chosen.map(written).collect()
             }
         }
     }
@@ -140,7 +146,7 @@ mod tests {
         assert_eq!(log(&[1000.0]), ["500", "1000", "2000"]);
         let log2 = |values: &[f64]| written(&Axis::covering("", AxisScale::Log2, values.iter().copied()));
         assert_eq!(log2(&[2.0, 20.0, 128.0]), ["2", "4", "8", "16", "32", "64", "128"]);
-        assert_eq!(log2(&[0.3, 1.0]), ["0.25", "0.50", "1"].map(|words| words.trim_end_matches('0')).map(String::from));
+        assert_eq!(log2(&[0.3, 1.0]), ["0.25", "0.5", "1"]);
         let linear = |high: f64| written(&Axis::covering("", AxisScale::Linear, [0.1 * high, high]));
         assert_eq!(linear(100.0), ["0", "20", "40", "60", "80", "100"]);
         assert_eq!(linear(0.9), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);

@@ -50,8 +50,11 @@ const ROW: f64 = 22.0;
 const LARGER: f64 = 1.2;
 /// Half a mark.
 const MARK: f64 = 4.2;
-/// From one line to the next, across: bars of neighbours must not hide each other.
+/// From the ends of the axis across to the first and the last place on it.
+const INSET: f64 = 16.0;
+/// From one line to the next, across, and from the first to the last of many: bars of neighbours must not hide each other.
 const ASIDE: f64 = 3.0;
+const MOST_ASIDE: f64 = 20.0;
 /// A dash of lines that coincide.
 const DASH: usize = 7;
 
@@ -103,7 +106,7 @@ fn tenths(value: f64) -> f64 {
 fn draw(panel: &LinePanel, series: usize) -> String {
     let mut out = text(0.0, -10.0, "class=\"ink\" font-weight=\"bold\"", &panel.title);
     for (tick, words) in panel.x.ticks() {
-        let Some(x) = panel.x.place(tick).map(|share| tenths(share * WIDTH)) else { continue };
+        let Some(x) = across(panel, tick).map(tenths) else { continue };
         let _ = writeln!(out, "<path class=\"grid\" d=\"M{x} 0V{HEIGHT}\"/>");
         out += &text(x, HEIGHT + 17.0, "class=\"soft\" text-anchor=\"middle\"", &words);
     }
@@ -119,9 +122,10 @@ fn draw(panel: &LinePanel, series: usize) -> String {
 
     let placed: Vec<(usize, Vec<Placed>)> = panel.lines.iter().map(|line| (line.series, place(panel, line))).collect();
     let mut marks = String::new();
+    let apart = ASIDE.min(MOST_ASIDE / (series as f64 - 1.0).max(1.0));
     for (index, (own, points)) in placed.iter().enumerate() {
         let alike: Vec<usize> = (0..placed.len()).filter(|other| placed[*other].1 == *points).collect();
-        let aside = (*own as f64 - (series as f64 - 1.0) / 2.0) * ASIDE;
+        let aside = (*own as f64 - (series as f64 - 1.0) / 2.0) * apart;
         let turn = alike.iter().position(|other| *other == index).unwrap_or_default();
         // Lines that coincide share their way; the others stand aside from each other.
         let is_shared = alike.len() > 1;
@@ -161,11 +165,16 @@ struct Placed {
     bar: Option<[f64; 2]>,
 }
 
+/// Where a value lies across a panel.
+fn across(panel: &LinePanel, value: f64) -> Option<f64> {
+    panel.x.place(value).map(|share| INSET + share * (WIDTH - 2.0 * INSET))
+}
+
 fn place(panel: &LinePanel, line: &Line) -> Vec<Placed> {
     let height = |value: f64| panel.y.place(value).map(|share| (1.0 - share.clamp(0.0, 1.0)) * HEIGHT);
     let placed = line.points.iter().filter_map(|(x, value)| {
         let bar = height(value.low).zip(height(value.high)).filter(|(low, high)| low != high).map(|(low, high)| [low, high]);
-        Some(Placed { x: panel.x.place(*x)? * WIDTH, y: height(value.value)?, bar })
+        Some(Placed { x: across(panel, *x)?, y: height(value.value)?, bar })
     });
     placed.collect()
 }
@@ -268,7 +277,10 @@ mod tests {
     fn points_stand_where_their_values_are() {
         let points = vec![(2.0, exact(10.0)), (16.0, Interval { value: 1.0, low: 0.1, high: 10.0 }), (128.0, exact(0.1))];
         let text = lines("t", &names(1), &[panel(vec![Line { series: 0, points }])]);
-        assert!(text.contains(&format!("class=\"s0 line\" d=\"M0 0L{} {}L{WIDTH} {HEIGHT}\"", WIDTH / 2.0, HEIGHT / 2.0)), "{text}");
+        assert!(
+            text.contains(&format!("class=\"s0 line\" d=\"M{INSET} 0L{} {}L{} {HEIGHT}\"", WIDTH / 2.0, HEIGHT / 2.0, WIDTH - INSET)),
+            "{text}"
+        );
         let bar = format!("class=\"s0 bar\" d=\"M{0} {HEIGHT}V0M", WIDTH / 2.0);
         assert!(text.contains(&bar) && text.matches(" bar\"").count() == 1, "{text}");
         // One mark each, and one in the legend.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Rival, csv::by_kernel};
+use super::{Cell, Rival, csv::by_kernel};
 
 /// Head of [`table`].
 pub const TABLE_HEAD: &str = "| cell | schedule | pool | launches | steps | groups | useful of groups, % | useful at widths 8, 32, 64, % | state moved, MB | Mwalks/s | time over the first | processor, ms | tick, % |
@@ -62,9 +62,43 @@ pub fn stages(label: &str, rivals: &[Rival]) -> String {
     timed.map(|(rival, times)| format!("| {} | `{}` | {} |\n", cell(label), cell(&rival.schedule), cell(&times))).collect()
 }
 
+/// Speeds at a glance: a row for each cell, a column for each name, Mwalks/s, the fastest of a row in bold.
+pub fn glance(axis: &str, names: &[String], cells: &[Cell]) -> String {
+    let heads: Vec<String> = names.iter().map(|name| format!(" {} |", cell(name))).collect();
+    let mut out = format!("| {} |{}\n| ---: |{}\n", cell(axis), heads.concat(), " ---: |".repeat(names.len()));
+    for row in cells {
+        let rates: Vec<Option<f64>> = names
+            .iter()
+            .map(|name| row.rivals.iter().find(|rival| rival.name == *name).map(|rival| rival.walks_per_second.value / 1e6))
+            .collect();
+        let most = rates.iter().flatten().copied().fold(0.0, f64::max);
+        let write = |rate: &Option<f64>| match rate {
+            Some(rate) if *rate == most => format!(" **{rate:.3}** |"),
+            rate => format!(" {} |", known(*rate, |rate| format!("{rate:.3}"))),
+        };
+        let _ = writeln!(out, "| {} |{}", row.at, rates.iter().map(write).collect::<String>());
+    }
+    out
+}
+
 #[cfg(test)]
 mod tests {
     use super::{super::samples, *};
+
+    /// Kills: a speed in another's column, the slowest in bold, a name that did not run shown as zero.
+    #[test]
+    fn the_fastest_of_a_row_is_bold() {
+        let cell = |at, factor: f64| Cell {
+            workload: "glass".into(),
+            at,
+            rivals: vec![samples::rival("block", 2e6 * factor), samples::rival("never", 3e6)],
+        };
+        let names = ["never", "block", "keyed"].map(String::from);
+        let text = glance("depth", &names, &[cell(2, 1.0), cell(64, 2.0)]);
+        let expected = "| depth | never | block | keyed |\n| ---: | ---: | ---: | ---: |\n\
+                        | 2 | **3.000** | 2.000 | - |\n| 64 | 3.000 | **4.000** | - |\n";
+        assert_eq!(text, expected);
+    }
 
     /// Kills: a row with another number of cells than its head, a label that opens one, a number where nothing is known.
     #[test]

@@ -17,7 +17,7 @@ pub mod sweep;
 
 pub use chart::chart;
 pub use csv::{COLUMNS, Column, csv, field};
-pub use markdown::{STAGES_HEAD, TABLE_HEAD, stages, table};
+pub use markdown::{STAGES_HEAD, TABLE_HEAD, glance, stages, table};
 pub use rounds::Rounds;
 
 use std::{

@@ -16,8 +16,8 @@ use path_tracer::{
 };
 use wavepool::{GpuContext, ImageTiles, Instruments, SCHEDULES, Schedule, Scheduler, policy::WorkSource};
 use wavepool_lab::rivals::{
-    Cell, Rounds, STAGES_HEAD, Subject, TABLE_HEAD, ablation, chart, compare_across_roulettes, compare_schedules, csv, stages, sweep,
-    table, willing,
+    Cell, Rounds, STAGES_HEAD, Subject, TABLE_HEAD, ablation, chart, compare_across_roulettes, compare_schedules, csv, glance, stages,
+    sweep, table, willing,
 };
 
 use crate::{Failure, commit};
@@ -51,7 +51,7 @@ impl Sizes {
         let rounds = |least, most, seconds| Rounds { least, most, budget: Duration::from_secs(seconds) };
         let (side, passes) = match (is_software, is_quick) {
             (true, true) => (64, 2),
-            (true, false) => (128, 8),
+            (true, false) => (128, 6),
             (false, true) => (512, 4),
             (false, false) => (1024, 16),
         };
@@ -212,6 +212,8 @@ fn bench_scene(gpu: &GpuContext, (name, scene): (&str, &Scene), sizes: &Sizes, p
         device_times += &stages(&label, &rivals);
         found.cells.push(Cell { workload: name.to_owned(), at: *depth, rivals });
     }
+    let cells: Vec<Cell> = found.cells.iter().filter(|cell| cell.workload == name).cloned().collect();
+    found.say(&format!("\nMwalks/s, the fastest in bold:\n\n{}", glance(COLUMNS[1], &names, &cells)));
     match device_times.is_empty() {
         true => found.say("\nThis device has no timestamps: nothing is known about the time of single kernels.\n"),
         false => found.say(&format!("\n{STAGES_HEAD}{device_times}")),
