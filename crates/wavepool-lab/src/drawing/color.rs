@@ -50,7 +50,7 @@ pub(super) fn of_label(color: Rgb) -> &'static str {
 /// The backgrounds of a chart, by day and by night.
 pub(super) const PAPER: [Rgb; 2] = [WHITE, [20, 23, 28]];
 /// Hues of lines, those that differ most first; a grey is among them.
-const LINES: [Rgb; 8] = [HUES[4], HUES[5], HUES[2], HUES[6], HUES[0], HUES[1], [120; 3], HUES[3]];
+pub(super) const LINES: [Rgb; 8] = [HUES[4], HUES[5], HUES[2], HUES[6], HUES[0], HUES[1], [120; 3], HUES[3]];
 /// What a line needs to be seen. **Source:** Web Content Accessibility Guidelines 2.1, criterion 1.4.11.
 const SEEN: f64 = 3.0;
 

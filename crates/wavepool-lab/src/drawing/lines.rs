@@ -88,7 +88,8 @@ fn style(series: usize) -> String {
             format!(".paper{{fill:{paper}}}.ink{{fill:{ink}}}.soft{{fill:{soft}}}.grid{{stroke:{grid}}}.edge{{stroke:{soft};fill:none}}");
         for index in 0..series {
             let color = color::css(color::of_line(index)[time]);
-            let _ = write!(rules, ".s{index}{{fill:{color};stroke:{color}}}");
+            let fill = if is_second_round(index) { &paper } else { &color };
+            let _ = write!(rules, ".s{index}{{fill:{fill};stroke:{color}}}");
         }
         rules
     };
@@ -96,6 +97,11 @@ fn style(series: usize) -> String {
     format!(
         "{day}@media (prefers-color-scheme:dark){{{night}}}.line{{fill:none;stroke-width:2;stroke-linejoin:round}}.bar{{stroke-width:1.2}}.mark{{stroke-width:1}}"
     )
+}
+
+/// True for lines beyond the first of each colour: these are dotted, and their marks are hollow.
+fn is_second_round(series: usize) -> bool {
+    series / color::LINES.len() % 2 == 1
 }
 
 /// A number for the file, in tenths.
@@ -131,7 +137,7 @@ fn draw(panel: &LinePanel, series: usize) -> String {
         let is_shared = alike.len() > 1;
         let dash = match is_shared {
             true => format!(" stroke-dasharray=\"{DASH} {}\" stroke-dashoffset=\"-{}\"", DASH * (alike.len() - 1), DASH * turn),
-            false => String::new(),
+            false => dots(*own).to_owned(),
         };
         let shift = if is_shared { 0.0 } else { aside };
         let steps = points.iter().map(|point| format!("{} {}", tenths(point.x + shift), tenths(point.y)));
@@ -154,6 +160,10 @@ fn draw(panel: &LinePanel, series: usize) -> String {
         }
     }
     out + &marks
+}
+
+fn dots(series: usize) -> &'static str {
+    if is_second_round(series) { " stroke-dasharray=\"2 3\"" } else { "" }
 }
 
 /// A point in the panel.
@@ -196,7 +206,7 @@ fn mark(series: usize, x: f64, y: f64) -> String {
         format!("M{}Z", places.collect::<Vec<_>>().join("L"))
     };
     const THIN: f64 = 0.33;
-    match series % 8 {
+    match series % color::LINES.len() {
         0 => format!("M{} {}a{MARK} {MARK} 0 1 0 {} 0a{MARK} {MARK} 0 1 0 -{} 0Z", tenths(x - MARK), tenths(y), 2.0 * MARK, 2.0 * MARK),
         1 => corners(&[(-0.85, -0.85), (0.85, -0.85), (0.85, 0.85), (-0.85, 0.85)]),
         2 => corners(&[(0.0, -1.15), (1.1, 0.85), (-1.1, 0.85)]),
@@ -244,7 +254,7 @@ fn legend(series: &[String], width: f64, y: f64) -> (String, usize) {
             (x, row) = (GAP, row + 1);
         }
         let middle = y + row as f64 * ROW;
-        let _ = writeln!(out, "<path class=\"s{index} line\" d=\"M{} {middle}h26\"/>", tenths(x));
+        let _ = writeln!(out, "<path class=\"s{index} line\"{} d=\"M{} {middle}h26\"/>", dots(index), tenths(x));
         let _ = writeln!(out, "<path class=\"s{index} mark\" d=\"{}\"/>", mark(index, x + 13.0, middle));
         out += &text(tenths(x + 34.0), middle + 4.0, "class=\"ink\"", name);
         x += wide;
@@ -346,6 +356,10 @@ mod tests {
                 assert!(color::of_line(index) != color::of_line(other) && mark(index, 0.0, 0.0) != mark(other, 0.0, 0.0));
             }
         }
+        let text = lines("t", &names(12), &[]);
+        assert_eq!(text.matches("line\" stroke-dasharray=\"2 3\"").count(), 4, "lines of the second round are dotted");
+        let rule = |index: usize| text.split(&format!(".s{index}{{")).nth(1).and_then(|rest| rest.split('}').next()).expect("a rule");
+        assert!((0..12).all(|index| (0..index).all(|other| rule(index) != rule(other))), "{text}");
         let text = style(1);
         let [day, night] = text.split("@media (prefers-color-scheme:dark)").collect::<Vec<_>>()[..] else { panic!("{text}") };
         for (rules, paper) in [(day, color::PAPER[0]), (night, color::PAPER[1])] {
