@@ -238,13 +238,17 @@ fn take_apart(
     source: &ImageTiles,
     sizes: &Sizes,
     pool_blocks: u32,
-    build: impl FnMut(&Schedule, Instruments) -> Result<Rendering, Failure>,
+    mut build: impl FnMut(&Schedule, Instruments) -> Result<Rendering, Failure>,
 ) -> Result<Vec<ablation::Row>, Failure> {
     let mut variants: Vec<_> = ablation::Variant::all().collect();
     variants.sort_by_key(|variant| *variant != ablation::Variant::Baseline);
-    let planned: Vec<_> = variants.into_iter().map(|variant| (variant, variant.schedule())).collect();
-    let schedules: Vec<Schedule> =
-        planned.iter().filter_map(|(_, schedule)| Some(schedule.clone().ok()?.with_pool_blocks(pool_blocks))).collect();
+    let mut plan = |variant: ablation::Variant| -> Result<Schedule, String> {
+        let schedule = variant.schedule()?.with_pool_blocks(pool_blocks);
+        build(&schedule, Instruments::default()).map_err(|why| why.to_string())?;
+        Ok(schedule)
+    };
+    let planned: Vec<_> = variants.into_iter().map(|variant| (variant, plan(variant))).collect();
+    let schedules: Vec<Schedule> = planned.iter().filter_map(|(_, schedule)| schedule.clone().ok()).collect();
     let mut rivals = compare_across_roulettes(source, &schedules, sizes.passes, sizes.ablation_rounds, build)?.into_iter();
     let mut rows = Vec::new();
     for (variant, schedule) in planned {
