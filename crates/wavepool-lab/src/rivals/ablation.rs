@@ -201,7 +201,7 @@ mod tests {
             match variant.schedule() {
                 Ok(schedule) => assert_eq!(
                     schedule.to_string().contains("launch=full"),
-                    variant.text(false).is_ok_and(|text| text.contains("launch=full"))
+                    variant.text(true).is_ok_and(|text| text.contains("launch=full"))
                 ),
                 Err(why) => {
                     assert!(why.contains("tiles are") || why.contains("nobody waits") || why.contains("local=all"), "{variant:?}: {why}")

@@ -27,6 +27,7 @@ use std::{
 
 use wavepool::{
     Error, GpuContext, Instruments, Program, Report, Schedule, Scheduler,
+    layout::Layout,
     policy::{Execution, WorkSource},
     profile::{Lengths, Times},
     replay::{Occupancy, replay_in_banks},
@@ -63,7 +64,8 @@ pub struct Rival {
     /// Hash of the film.
     pub film: u64,
     /// Lane-steps with and without work, if a subgroup runs as long as one of its lanes: the same for all schedules that keep whole tiles.
-    /// `None` where the hardware decides which lanes meet.
+    /// Where only some stages pack their lanes, the mean over the stages. `None` where the hardware decides which lanes meet, and for
+    /// candidates that take turns.
     pub occupancy: Option<Occupancy>,
     /// Work-groups summed over the steps in which they ran, dead ones that were launched included; a group of a megakernel runs as long as
     /// its longest walk. `None` as above.
@@ -177,23 +179,25 @@ pub fn compare_across_roulettes<S: Subject, E: From<Error>>(
     let mut rivals = Vec::new();
     for schedule in schedules {
         let roulette = roulette(schedule);
-        if !lengths_by_roulette.contains_key(&roulette) {
+        // Instruments watch one schedule: of candidates that take turns, films and times alone are known.
+        let is_one = schedule.candidates.is_empty();
+        if is_one && !lengths_by_roulette.contains_key(&roulette) {
             let instruments = Instruments { lengths: true, ..Instruments::default() };
             let (film, report) = build(schedule, instruments)?.scheduler().run(passes)?;
             films.check(schedule, film.hash())?;
             let kept = report.observed.lengths.ok_or_else(|| Error::Schedule("the lengths of the walks were not kept".into()))?;
             lengths_by_roulette.insert(roulette.clone(), kept);
         }
-        let instruments = Instruments { times: true, ..Instruments::default() };
+        let instruments = Instruments { times: is_one, ..Instruments::default() };
         let (film, report) = build(schedule, instruments)?.scheduler().run(passes)?;
         films.check(schedule, film.hash())?;
         let times = report.observed.times.map(|times| Times { events: Vec::new(), ..times });
         let mut subject = build(schedule, Instruments::default())?;
         let (film, report) = subject.scheduler().run(passes)?;
         films.check(schedule, film.hash())?;
-        let lengths = &lengths_by_roulette[&roulette];
-        let bytes: usize = subject.scheduler().layout().kernels.iter().map(|kernel| kernel.bytes().0 + kernel.bytes().1).sum();
-        let lanes = lanes_of(schedule, source, &report, lengths, bytes as u64);
+        let lengths = lengths_by_roulette.get(&roulette).filter(|_| is_one);
+        let layout = subject.scheduler().layout();
+        let lanes = lengths.and_then(|lengths| lanes_of(schedule, source, &report, lengths, layout));
         rivals.push(Rival {
             name: schedule.to_string(),
             schedule: schedule.to_string(),
@@ -257,13 +261,26 @@ impl Films {
 }
 
 /// Occupancy, work-groups over the steps and bytes of state, where they follow from the lengths of the walks.
-fn lanes_of(schedule: &Schedule, source: &dyn WorkSource, report: &Report, lengths: &Lengths, bytes: u64) -> Option<(Occupancy, u64, u64)> {
+fn lanes_of(
+    schedule: &Schedule,
+    source: &dyn WorkSource,
+    report: &Report,
+    lengths: &Lengths,
+    layout: &Layout,
+) -> Option<(Occupancy, u64, u64)> {
+    let bytes: usize = layout.kernels.iter().map(|kernel| kernel.bytes().0 + kernel.bytes().1).sum();
     let blocks = [report.pool_blocks, report.pool_blocks.div_ceil(report.banks.max(1))];
     let replayed = |schedule: &Schedule| replay_in_banks(schedule, source, report.passes, blocks, report.ring, lengths);
     match schedule.execution {
         Execution::Wavefront => {
-            let seen = replayed(schedule);
-            Some((seen.occupancy, report.group_steps, bytes * seen.occupancy.useful))
+            let mut lanes = replayed(schedule).occupancy;
+            // Stages that pack lanes launch fewer subgroups; a step has so many of these stages, and so many others.
+            let stages = layout.kernels.len().max(1) as u64;
+            let packing = layout.kernels.iter().filter(|kernel| schedule.local.packs(&kernel.stage)).count() as u64;
+            for (launched, local) in lanes.launched.iter_mut().zip(lanes.launched_local) {
+                *launched = (local * packing + *launched * (stages - packing)) / stages;
+            }
+            Some((lanes, report.group_steps, bytes as u64 * lanes.useful))
         }
         // Whoever keeps whole tiles runs each subgroup as long as its longest walk.
         Execution::Megakernel => {
@@ -336,6 +353,23 @@ mod tests {
             }
             let mixed = [Schedule::never(), Schedule::never().with_roulette(None)];
             assert!(bench_schedules(gpu, &program, source, &mixed, 1, 1).expect_err("other walks").to_string().contains("other roulettes"));
+            Ok(())
+        });
+    }
+
+    /// Kills: instruments on candidates that take turns, which refuse them; lanes of a stage that packs them counted as those of one that does
+    /// not.
+    #[test]
+    fn candidates_and_packed_lanes_have_rows() {
+        crate::conformance::run(|gpu| {
+            let program = Program::builder("walk").source("walk.wgsl", WALK).stage("hop").build().map_err(|error| error.to_string())?;
+            let source = ImageTiles { width: 64, height: 64 };
+            let schedules = ["auto", "never", "never,local=all"].map(|name| name.parse::<Schedule>().expect(name).with_pool_blocks(4));
+            let rivals = bench_schedules(gpu, &program, source, &schedules, 3, 2).map_err(|error| error.to_string())?;
+            assert!(rivals[0].occupancy.is_none() && rivals[0].state_bytes_moved.is_none() && rivals[0].times.is_none());
+            let [plain, packed] = [1, 2].map(|rival: usize| rivals[rival].occupancy.expect("one schedule"));
+            assert_eq!((packed.useful, packed.launched), (plain.useful, plain.launched_local));
+            assert!(packed.launched[1] < plain.launched[1], "{packed:?} {plain:?}");
             Ok(())
         });
     }

@@ -20,7 +20,7 @@ pub(crate) fn rival(name: &str, walks_per_second: f64) -> Rival {
         schedule: name.parse::<Schedule>().unwrap_or_default().to_string(),
         report,
         film: 7,
-        occupancy: Some(Occupancy { useful: 900, launched: [1000, 1200, 1800] }),
+        occupancy: Some(Occupancy { useful: 900, launched: [1000, 1200, 1800], ..Occupancy::default() }),
         group_steps: Some(8),
         state_bytes_moved: Some(5_000_000),
         runs: vec![run(0.25), run(0.5), run(1.0)],

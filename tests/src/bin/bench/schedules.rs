@@ -73,13 +73,13 @@ impl Sizes {
             side,
             passes,
             depths: &[2, 4, 8, 16, 20, 32, 64, 128],
-            rounds: rounds(3, 31, 12),
+            rounds: rounds(3, 31, 10),
             sweep_depth: 32,
-            sweep_rounds: rounds(2, 15, 15),
+            sweep_rounds: rounds(2, 15, 10),
             settings: &[("threshold", &["0", "0.25", "0.5", "1"]), ("check_every", &["1", "2", "4"]), ("every", &["1", "2", "4", "8"])],
             pool_quarters: &[2, 1, 4, 8],
             ablation_depths: &[16, 64],
-            ablation_rounds: rounds(3, 31, 15),
+            ablation_rounds: rounds(3, 31, 12),
         }
     }
 }
