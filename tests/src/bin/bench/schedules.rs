@@ -63,7 +63,7 @@ impl Sizes {
                 rounds: rounds(2, 5, 1),
                 sweep_depth: 32,
                 sweep_rounds: rounds(1, 3, 1),
-                settings: &[("threshold", &["0", "0.5"]), ("check_every", &["1", "2"]), ("every", &["4", "8"])],
+                settings: &[("threshold", &["0", "0.5"]), ("every", &["4", "8"])],
                 pool_quarters: &[2, 4],
                 ablation_depths: &[32],
                 ablation_rounds: rounds(2, 5, 1),
