@@ -71,8 +71,7 @@ impl Chooser {
             return None;
         }
         let now = seconds / f64::from(passes);
-        let before = self.seconds[candidate].replace(now);
-        let Some(before) = before else { return None };
+        let before = self.seconds[candidate].replace(now)?;
         if now > before * DRIFT || now < before / DRIFT {
             self.seconds.iter_mut().enumerate().filter(|(other, _)| *other != candidate).for_each(|(_, seconds)| *seconds = None);
             self.portion = FIRST_PORTION;
