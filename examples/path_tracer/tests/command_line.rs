@@ -40,7 +40,11 @@ fn wrong_usage_is_exit_code_2() {
     refuses(&["render", "cornell-box", "--size", "0x64"], 2, &["--size 0x64"]);
     refuses(&["render", "cornell-box", "--size", "64"], 2, &["--size 64", "WIDTHxHEIGHT"]);
     refuses(&["render", "cornell-box", "--size", "99999x1"], 2, &["--size 99999x1"]);
-    refuses(&["render", "cornell-box", "--schedule", "blok"], 2, &["blok", "block, never, never-full, megakernel"]);
+    refuses(
+        &["render", "cornell-box", "--schedule", "blok"],
+        2,
+        &["blok", "block, never, never-full", "megakernel, megakernel-regen, persistent"],
+    );
     refuses(&["render", "cornell-box", "--schedule", "block,threshold=99"], 2, &["threshold=99"]);
     refuses(&["render", "cornell-box", "--samples", "0"], 2, &["--samples 0"]);
     refuses(&["render", "cornell-box", "--pool-blocks", "0"], 2, &["--pool-blocks 0"]);
