@@ -13,7 +13,7 @@ use path_tracer::{
 };
 use wavepool::{
     ImageTiles, Instruments, LinearRange, Program, Schedule,
-    policy::{Grain, RouletteScope, WorkSource},
+    policy::{Execution, Grain, RouletteScope, WorkSource},
 };
 
 use crate::programs;
@@ -28,7 +28,7 @@ pub struct Kernel {
 }
 
 /// How the kernels are scheduled: executions, orders and regeneration.
-const SCHEDULES: [&str; 17] = [
+const SCHEDULES: [&str; 21] = [
     "never",
     "never-full",
     "block",
@@ -46,6 +46,10 @@ const SCHEDULES: [&str; 17] = [
     "megakernel",
     "megakernel,order=morton",
     "megakernel,pins=off",
+    "megakernel-regen",
+    "megakernel-regen,order=morton",
+    "persistent",
+    "persistent,order=morton",
 ];
 const PLAIN: Instruments =
     Instruments { checked: false, assertions: false, steps: false, lengths: false, times: false, markers: false, look_after: 0 };
@@ -89,13 +93,15 @@ pub fn all() -> Vec<Kernel> {
     kernels
 }
 
-/// What `link` refuses with a reason: blocks that draw where lanes receive items, and keys of a program that has none or one stage alone.
+/// What `link` refuses with a reason: lanes that part ways and share a draw, and keys of a program that has none or one stage alone.
 fn is_refused(program: &Program, schedule: &Schedule) -> bool {
     let grain = schedule.regeneration.grain();
     let scope = schedule.roulette.as_ref().map(|roulette| roulette.scope()).filter(|_| program.has_roulette());
     let by_block = matches!(scope, Some(RouletteScope::Block(_)));
     let is_keyed = grain == Grain::KeyedLanes;
-    (grain.is_by_lane() && by_block)
+    let parts_ways = schedule.execution == Execution::MegakernelRegen && scope.is_some_and(RouletteScope::is_shared);
+    parts_ways
+        || (grain.is_by_lane() && by_block)
         || (is_keyed && (scope.is_some_and(RouletteScope::is_shared) || !program.has_queue_key() || program.stages().count() < 2))
 }
 
@@ -183,6 +189,8 @@ mod tests {
             "wf_generate",
             "wf_stage_sample_light",
             "wf_megakernel",
+            "wf_persistent",
+            "wf_megakernel_regen",
             "wf_audit_lanes",
             "wf_audit_results",
         ] {

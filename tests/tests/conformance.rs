@@ -33,6 +33,8 @@ mod replay;
 mod roulette;
 #[path = "conformance/sizes.rs"]
 mod sizes;
+#[path = "conformance/stress.rs"]
+mod stress;
 #[path = "conformance/subjects.rs"]
 mod subjects;
 

@@ -75,6 +75,8 @@ pub(crate) mod counters {
     pub(crate) const AFTER_AUDIT: u32 = 8;
     pub(crate) const STORAGE_CLAMPED: u32 = 8;
     pub(crate) const OUT_OF_RANGE: u32 = 9;
+    /// Tiles or items of a launch that have been asked for; where work-groups stay.
+    pub(crate) const TAKEN: u32 = 10;
     /// The program's named counters and assertions.
     pub(crate) const NAMED: u32 = 16;
     /// Named counters and assertions that a program may have.
@@ -161,17 +163,17 @@ control_record! {
     passes: u32 = "u32",
     /// Sample number of pass 0.
     first_sample: u32 = "u32",
-    /// Blocks of the pool; of the megakernel: tiles per launch.
+    /// Blocks of the pool; without one: work-groups per launch.
     pool_blocks: u32 = "u32",
     /// Passes whose results can be kept at once.
     ring: u32 = "u32",
     /// Steps in which a block was live.
     step: u32 = "u32",
-    /// Length of the list of live blocks.
+    /// Length of the list of live blocks; without a pool: work-groups of the launch.
     live_blocks: u32 = "u32",
-    /// Length of the list of blocks that start a tile in this step.
+    /// Length of the list of blocks that start a tile in this step; without a pool: tiles of the launch.
     new_blocks: u32 = "u32",
-    /// Head of the queue.
+    /// Head of the queue; without a pool the first tile of the launch.
     next_pass: u32 = "u32",
     /// Head of the queue within the pass: in tiles, or in places of tiles where lanes receive items.
     next_position: u32 = "u32",
@@ -272,6 +274,7 @@ pub(crate) fn declarations() -> String {
         ("WF_AFTER_AUDIT", counters::AFTER_AUDIT),
         ("WF_STORAGE_CLAMPED", counters::STORAGE_CLAMPED),
         ("WF_OUT_OF_RANGE", counters::OUT_OF_RANGE),
+        ("WF_TAKEN", counters::TAKEN),
         ("WF_BLOCK_COUNTERS", counters::BLOCKS),
         ("WF_COUNTERS_PER_BLOCK", counters::PER_BLOCK),
         ("WF_NO_TILE", counters::NO_TILE),

@@ -40,11 +40,15 @@ pub enum Kernel {
     Queues,
     /// Lists the lanes of a bank by key.
     Enqueue,
-    /// All stages in a loop.
+    /// All stages in a loop, a tile per work-group.
     Megakernel,
+    /// All stages in a loop, in work-groups that take tile after tile.
+    Persistent,
+    /// All stages in a loop, in which lanes take item after item.
+    MegakernelRegen,
     /// Decides what runs next.
     Tick,
-    /// The megakernel's tick.
+    /// The tick of whole walks in one kernel.
     Advance,
     /// Adds a finished pass to the film.
     Resolve,
@@ -78,6 +82,8 @@ impl fmt::Display for Kernel {
             Kernel::Queues => "queues",
             Kernel::Enqueue => "enqueue",
             Kernel::Megakernel => "megakernel",
+            Kernel::Persistent => "persistent",
+            Kernel::MegakernelRegen => "megakernel_regen",
             Kernel::Tick => "tick",
             Kernel::Advance => "advance",
             Kernel::Resolve => "resolve",
@@ -119,13 +125,13 @@ impl Plan {
         let launch = |kernel, size| Launch { kernel, size };
         let resolve = launch(Kernel::Resolve, Size::FinishedTiles);
         let mut audit = Vec::new();
-        if is_checked && execution == Execution::Wavefront {
+        if is_checked && execution.is_wavefront() {
             audit.push(launch(Kernel::AuditLanes, Size::All));
         }
         if is_checked {
             audit.push(launch(Kernel::AuditResults, Size::All));
         }
-        match execution {
+        let whole_walks = match execution {
             Execution::Wavefront => {
                 let tick = launch(Kernel::Tick, Size::Groups(1));
                 let mut step = vec![launch(Kernel::Generate, Size::NewBlocks)];
@@ -140,14 +146,14 @@ impl Plan {
                     step.splice(2..2, [launch(Kernel::Queues, Size::Queues), launch(Kernel::Enqueue, size)]);
                 }
                 step.extend([tick.clone(), resolve]);
-                Plan { opening: vec![tick], step, audit }
+                return Plan { opening: vec![tick], step, audit };
             }
-            Execution::Megakernel => {
-                let advance = launch(Kernel::Advance, Size::Groups(1));
-                let step = vec![launch(Kernel::Megakernel, Size::LiveBlocks), advance.clone(), resolve];
-                Plan { opening: vec![advance], step, audit }
-            }
-        }
+            Execution::Megakernel => Kernel::Megakernel,
+            Execution::Persistent => Kernel::Persistent,
+            Execution::MegakernelRegen => Kernel::MegakernelRegen,
+        };
+        let advance = launch(Kernel::Advance, Size::Groups(1));
+        Plan { opening: vec![advance.clone()], step: vec![launch(whole_walks, Size::LiveBlocks), advance, resolve], audit }
     }
 }
 

@@ -38,7 +38,8 @@ pub struct Schedule {
     pub regeneration: Arc<dyn Regeneration>,
     /// How hopeless walks end; used when the program declares `survival`.
     pub roulette: Option<Arc<dyn Roulette>>,
-    /// Blocks of 256 lanes; of the megakernel: tiles per launch. `None` lets the library choose.
+    /// Blocks of 256 lanes; of the megakernel: tiles per launch; of `persistent` and
+    /// `megakernel-regen`: work-groups, with four tiles for each in a launch. `None` lets the library choose.
     pub pool_blocks: Option<u32>,
     /// Blocks in a bank, at most; `None` fills a binding of the device.
     pub bank_blocks: Option<u32>,
@@ -112,6 +113,16 @@ impl Schedule {
         Schedule { execution: Execution::Megakernel, ..Schedule::never() }
     }
 
+    /// All stages in one kernel, whose work-groups stay and take tile after tile.
+    pub fn persistent() -> Self {
+        Schedule { execution: Execution::Persistent, ..Schedule::never() }
+    }
+
+    /// All stages in one kernel, whose lanes take item after item. Without a shared draw of roulette, which needs lanes that stay together.
+    pub fn megakernel_regen() -> Self {
+        Schedule { execution: Execution::MegakernelRegen, ..Schedule::never() }
+    }
+
     /// Whatever is fastest here: the megakernel, block-in-place regeneration and none at all do a pass each, then the fastest goes on; looked at
     /// again when a pass takes much longer or shorter than before.
     pub fn auto() -> Self {
@@ -123,12 +134,9 @@ impl Schedule {
         Schedule { candidates, ..Schedule::block() }
     }
 
-    /// In which portions work is handed out: what the regeneration says, whole tiles in a megakernel.
+    /// In which portions a pool receives work: what the regeneration says, whole tiles where there is no pool.
     pub(crate) fn grain(&self) -> Grain {
-        match self.execution {
-            Execution::Wavefront => self.regeneration.grain(),
-            Execution::Megakernel => Grain::Tiles,
-        }
+        if self.execution.is_wavefront() { self.regeneration.grain() } else { Grain::Tiles }
     }
 
     /// Fixes the size of the pool; one that is larger than the work is cut down to it.
@@ -192,9 +200,9 @@ impl fmt::Display for Schedule {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.execution {
             _ if !self.candidates.is_empty() => f.write_str("auto")?,
-            Execution::Megakernel => f.write_str("megakernel")?,
             Execution::Wavefront if self.launch == LaunchScope::AllBlocks => write!(f, "{},launch=full", self.regeneration.spec())?,
             Execution::Wavefront => f.write_str(&self.regeneration.spec())?,
+            whole_walks => f.write_str(whole_walks.name())?,
         }
         let roulette = self.roulette.as_ref().map_or("none", |roulette| roulette.name());
         write!(f, ",order={},roulette={roulette}", self.order.name())?;
@@ -244,6 +252,16 @@ pub const SCHEDULES: &[Choice<Schedule>] = &[
         name: "megakernel",
         about: "all stages in one kernel that loops, state in registers (Parker et al. 2010 built theirs so)",
         make: Schedule::megakernel,
+    },
+    Choice {
+        name: "megakernel-regen",
+        about: "a megakernel in which a lane whose walk has ended takes the next item (Davidovic et al. 2014)",
+        make: Schedule::megakernel_regen,
+    },
+    Choice {
+        name: "persistent",
+        about: "a megakernel whose work-groups stay and take tile after tile (Gupta, Stuart and Owens 2012)",
+        make: Schedule::persistent,
     },
     Choice {
         name: "auto",
@@ -305,7 +323,7 @@ impl FromStr for Schedule {
                 ("launch" | "local", _) if !schedule.candidates.is_empty() => {
                     return Err(Error::Schedule(format!("`{key}` belongs to one schedule; `{name}` chooses among several")));
                 }
-                ("launch", _) if schedule.execution != Execution::Wavefront => {
+                ("launch", _) if !schedule.execution.is_wavefront() => {
                     return Err(Error::Schedule(format!("`launch` belongs to wavefronts; `{name}` launches no blocks")));
                 }
                 ("launch", _) => schedule.launch = Choice::find(LAUNCHES, value).ok_or_else(|| wrong(&Choice::names(LAUNCHES)))?,
@@ -349,8 +367,11 @@ mod tests {
     #[test]
     fn mistakes_are_named() {
         for (text, expected) in [
-            ("blok", "unknown name `blok`; there are: block, never, never-full, per-lane, compaction, keyed, megakernel, auto"),
-            ("", "unknown name ``; there are: block, never, never-full, per-lane, compaction, keyed, megakernel, auto"),
+            (
+                "blok",
+                "unknown name `blok`; there are: block, never, never-full, per-lane, compaction, keyed, megakernel, megakernel-regen,",
+            ),
+            ("", "unknown name ``; there are: block, never, never-full, per-lane, compaction, keyed, megakernel, megakernel-regen,"),
             ("block,treshold=1", "unknown key `treshold`"),
             ("block,threshold=16", "threshold=16: allowed is 0 to 15"),
             ("block,threshold=nan", "threshold=nan: allowed is 0 to 15"),
@@ -396,6 +417,9 @@ mod tests {
             "compaction,every=8",
             "keyed",
             "auto,roulette=none",
+            "persistent,order=morton",
+            "persistent,roulette=group:8",
+            "megakernel-regen",
         ] {
             let printed = text.parse::<Schedule>().expect(text).to_string();
             assert_eq!(printed.parse::<Schedule>().expect(&printed).to_string(), printed);

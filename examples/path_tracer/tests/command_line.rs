@@ -43,7 +43,7 @@ fn wrong_usage_is_exit_code_2() {
     refuses(
         &["render", "cornell-box", "--schedule", "blok"],
         2,
-        &["blok", "block, never, never-full, per-lane, compaction, keyed, megakernel, auto"],
+        &["blok", "block, never, never-full", "megakernel, megakernel-regen, persistent"],
     );
     refuses(&["render", "cornell-box", "--schedule", "block,threshold=99"], 2, &["threshold=99"]);
     refuses(&["render", "cornell-box", "--samples", "0"], 2, &["--samples 0"]);

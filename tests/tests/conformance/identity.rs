@@ -3,18 +3,22 @@
 use std::{collections::BTreeSet, sync::Arc};
 
 use wavepool::{
-    Film, ImageTiles, LinearRange, Program, Report, Schedule,
+    Film, ImageTiles, Instruments, LinearRange, Program, Report, Schedule, Scheduler,
     policy::{
-        BlockInPlace, DepthDecayed, DepthMax, DepthMean, LaneCompaction, LaunchScope, Morton, PerBlock, PerGroup, PerLane, Roulette,
-        Statistic, WorkSource,
+        BlockInPlace, DepthDecayed, DepthMax, DepthMean, Execution, LaneCompaction, LaunchScope, Morton, PerBlock, PerGroup, PerLane,
+        Roulette, Statistic, WorkSource,
     },
+    shader::Fault,
 };
 use wavepool_tests::{
     arrays,
-    device::{gpu, run},
+    device::{gpu, patient, run},
     memory,
     programs::{collatz, collatz_steps, hops, unequal},
 };
+
+/// Executions that walk in one kernel.
+const WHOLE_WALKS: [&str; 3] = ["megakernel", "persistent", "megakernel-regen"];
 
 /// What must differ between the schedules of a comparison.
 fn fingerprint(report: &Report) -> (u64, u64, u32, u64, u64) {
@@ -53,10 +57,15 @@ fn schedules(roulette: Option<&dyn Roulette>, has_queue_key: bool) -> Vec<(Strin
             all.push(("keyed".to_owned(), Schedule::keyed()));
             all.push(("keyed in banks".to_owned(), Schedule::keyed().with_pool_blocks(5).with_bank_blocks(2)));
         }
+        all.push(("lanes take items".to_owned(), Schedule::megakernel_regen()));
+        all.push(("lanes take items, three groups".to_owned(), Schedule::megakernel_regen().with_pool_blocks(3)));
         all.push(("per-lane, along the curve".to_owned(), Schedule::per_lane().with_order(Morton).with_pool_blocks(2)));
         all.push(("compaction in banks".to_owned(), Schedule::compaction().with_pool_blocks(5).with_bank_blocks(2)));
     }
     all.push(("megakernel".to_owned(), Schedule::megakernel()));
+    all.push(("persistent".to_owned(), Schedule::persistent()));
+    all.push(("persistent, two groups".to_owned(), Schedule::persistent().with_pool_blocks(2)));
+    all.push(("persistent, passes apart".to_owned(), Schedule::persistent().with_pool_blocks(7).with_ring(1)));
     all.push(("megakernel, small launches".to_owned(), Schedule::megakernel().with_pool_blocks(2)));
     all
 }
@@ -105,6 +114,9 @@ fn compare_under(
     assert!(report("never, full launches").group_steps > report("never").group_steps);
     assert!(report("block, full launches").group_steps > report("block, 4 blocks").group_steps);
     assert!(report("megakernel").launches < report("megakernel, small launches").launches);
+    assert!(report("persistent").launches < report("persistent, two groups").launches);
+    assert!(report("persistent, two groups").group_steps < report("persistent, two groups").block_steps);
+    assert_eq!(report("persistent, two groups").block_steps, report("megakernel").block_steps);
     assert!(report("megakernel").state_bytes == 0 && report("never").state_bytes > 0);
     let killed: Vec<u64> = films.iter().map(|(.., report)| report.items_killed).collect();
     assert!(killed.iter().all(|count| *count == killed[0]), "roulette killed unlike numbers: {killed:?}");
@@ -133,7 +145,13 @@ fn packed_states_have_the_same_bits_under_every_schedule() {
         assert!(compare_under(&memory::packed(), source, 3, Some(roulette)).is_some_and(|(_, report)| report.items_killed > 0));
     }
     let clamped = |schedule: &Schedule| run(gpu, &memory::packed(), source, 3, schedule).1.storage_clamped;
-    let counts = [Schedule::megakernel(), Schedule::never(), Schedule::block().with_pool_blocks(3).with_poison(0x7fc0_0000)];
+    let counts = [
+        Schedule::megakernel(),
+        Schedule::megakernel_regen(),
+        Schedule::persistent(),
+        Schedule::never(),
+        Schedule::block().with_pool_blocks(3).with_poison(0x7fc0_0000),
+    ];
     let counts = counts.map(|schedule| clamped(&schedule));
     assert!(counts[0] > 500 && counts.iter().all(|count| *count == counts[0]), "clamped: {counts:?}");
 }
@@ -183,7 +201,12 @@ fn groups_have_the_same_bits_under_every_schedule() {
 fn a_scheduler_runs_twice_alike_and_obeys_its_seed() {
     let Some(gpu) = gpu() else { return };
     let source = ImageTiles { width: 33, height: 20 };
-    for schedule in [Schedule::block().with_pool_blocks(4), Schedule::megakernel().with_pool_blocks(2)] {
+    for schedule in [
+        Schedule::block().with_pool_blocks(4),
+        Schedule::megakernel().with_pool_blocks(2),
+        Schedule::persistent().with_pool_blocks(2),
+        Schedule::megakernel_regen().with_pool_blocks(2),
+    ] {
         let mut scheduler = wavepool_tests::device::scheduler(gpu, &hops(), source, &schedule);
         let mut hash = |passes: u32| scheduler.run(passes).map(|(film, _)| film.hash()).unwrap_or_else(|error| panic!("{error}"));
         let first = hash(3);
@@ -203,7 +226,7 @@ fn a_scheduler_runs_twice_alike_and_obeys_its_seed() {
 fn a_run_can_begin_at_any_sample() {
     let Some(gpu) = gpu() else { return };
     let program = wavepool_tests::programs::identity_sum();
-    for schedule in [Schedule::block().with_pool_blocks(2), Schedule::megakernel()] {
+    for schedule in [Schedule::block().with_pool_blocks(2), Schedule::megakernel(), Schedule::persistent(), Schedule::megakernel_regen()] {
         let mut scheduler = wavepool_tests::device::scheduler(gpu, &program, LinearRange { count: 300 }, &schedule);
         let (film, report) = scheduler.run_with(7, 4, |_| std::ops::ControlFlow::Continue(())).expect("runs");
         assert_eq!(report.passes, 4);
@@ -221,7 +244,13 @@ fn a_stopped_run_keeps_whole_passes() {
     let source = ImageTiles { width: 64, height: 48 };
     let program = hops();
     let asked = 2000;
-    for schedule in [Schedule::block().with_pool_blocks(5), Schedule::never().with_pool_blocks(7), Schedule::megakernel()] {
+    for schedule in [
+        Schedule::block().with_pool_blocks(5),
+        Schedule::never().with_pool_blocks(7),
+        Schedule::megakernel(),
+        Schedule::persistent().with_pool_blocks(3),
+        Schedule::megakernel_regen().with_pool_blocks(3),
+    ] {
         let mut scheduler = wavepool_tests::device::scheduler(gpu, &program, source, &schedule);
         let mut seen = 0;
         let (film, report) = scheduler
@@ -236,5 +265,37 @@ fn a_stopped_run_keeps_whole_passes() {
         assert!(film.samples().iter().all(|samples| *samples == report.passes), "{schedule}");
         let (whole, _) = scheduler.run(report.passes).expect("runs");
         assert_eq!(whole.hash(), film.hash(), "{schedule}: a stopped run of {} passes is not a whole one", report.passes);
+    }
+}
+
+/// Checked mode counts results again after every launch.
+/// Kills: a tile that no work-group takes (planted here); steps of a walk counted from the wrong one; a slot of the ring that is reused
+/// before it is resolved; a ledger out of balance between two launches.
+#[test]
+fn whole_walks_are_counted_like_those_of_a_wavefront() {
+    let Some(gpu) = gpu() else { return };
+    let source = ImageTiles { width: 40, height: 56 };
+    let instruments = Instruments { lengths: true, checked: true, ..Instruments::default() };
+    let run = |schedule: &Schedule, fault: Option<Fault>| {
+        let program = hops();
+        let builder = Scheduler::builder(&program, source).schedule(schedule).instruments(instruments);
+        let builder = fault.into_iter().fold(builder, |builder, fault| builder.fault(fault));
+        builder.build(&gpu.device, &gpu.queue).and_then(|mut scheduler| scheduler.run_with(0, 5, patient()))
+    };
+    let (film, report) = run(&Schedule::never(), None).expect("runs");
+    for schedule in WHOLE_WALKS.map(|name| name.parse::<Schedule>().expect("a schedule")) {
+        for blocks in [1, 4, 200] {
+            let schedule = schedule.clone().with_pool_blocks(blocks);
+            let (other, seen) = run(&schedule, None).unwrap_or_else(|error| panic!("{schedule}, {blocks} groups: {error}"));
+            assert_eq!(other.hash(), film.hash(), "{schedule}");
+            assert!(seen.observed.lengths.is_some() && seen.observed.lengths == report.observed.lengths, "{schedule}: lengths");
+            assert_eq!((seen.items_killed, seen.block_steps), (report.items_killed, 5 * u64::from(source.tiles())));
+        }
+        let fault =
+            Fault { part: "stages", find: "atomicAdd(&wf_counters[WF_TAKEN], 1u)", replace: "atomicAdd(&wf_counters[WF_TAKEN], 2u)" };
+        if schedule.execution != Execution::Megakernel {
+            let message = run(&schedule, Some(fault)).expect_err("every second one is left out").to_string();
+            assert!(message.contains("conservation"), "{message}");
+        }
     }
 }

@@ -7,8 +7,16 @@ use wavepool_tests::{
     programs::{collatz_steps, identity_sum, not_finite},
 };
 
-fn schedules() -> [Schedule; 3] {
-    [Schedule::never(), Schedule::block().with_pool_blocks(2), Schedule::megakernel()]
+fn schedules() -> [Schedule; 6] {
+    let persistent = Schedule::persistent().with_pool_blocks(1);
+    [
+        Schedule::never(),
+        Schedule::never_full(),
+        Schedule::block().with_pool_blocks(2),
+        Schedule::megakernel(),
+        Schedule::megakernel_regen(),
+        persistent,
+    ]
 }
 
 /// Kills: a pass without items that never ends; a last tile with one item, or without its last item.

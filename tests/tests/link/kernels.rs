@@ -1,8 +1,10 @@
 //! Generated kernels: valid for every execution, and made of the user's stages, called once each.
 
+use std::sync::Arc;
+
 use wavepool::{
     ImageTiles, Instruments, LinearRange, Program, Schedule, naga,
-    policy::{BlockInPlace, WorkSource},
+    policy::{BlockInPlace, PerBlock, Roulette, Statistic, WorkSource},
 };
 use wavepool_tests::programs;
 
@@ -22,6 +24,8 @@ fn schedules() -> Vec<(&'static str, Schedule)> {
         ("block", Schedule::block().with_regeneration(BlockInPlace::new(0.25, 3))),
         ("never-full", Schedule::never_full()),
         ("megakernel", Schedule::megakernel()),
+        ("persistent", Schedule::persistent()),
+        ("megakernel-regen", Schedule::megakernel_regen()),
         ("pins off", Schedule::megakernel().with_pins(false)),
         ("poison", Schedule::block().with_poison(0x7fc0_0000)),
         ("no roulette", Schedule::block().with_roulette(None)),
@@ -34,7 +38,10 @@ fn every_execution_of_every_program_is_valid() {
     let programs: Vec<Program> = programs::all().iter().map(|build| build()).collect();
     let sources: [&dyn WorkSource; 2] = [&ImageTiles { width: 40, height: 56 }, &LinearRange { count: 1000 }];
     for program in &programs {
-        for (name, schedule) in schedules() {
+        let block: Arc<dyn Roulette> = Arc::new(PerBlock(Statistic::Mean));
+        let together =
+            [Schedule::megakernel(), Schedule::persistent()].map(|schedule| ("lock-step", schedule.with_roulette(Some(block.clone()))));
+        for (name, schedule) in schedules().into_iter().chain(together) {
             for source in sources {
                 let modules = program.wgsl(source, &schedule).unwrap_or_else(|error| panic!("{} {name}: {error}", program.name()));
                 for (part, text) in &modules {
@@ -66,7 +73,8 @@ fn what_is_switched_off_has_no_code() {
     let program = programs::hops();
     let source = LinearRange { count: 1 };
     let stages = |schedule: &Schedule| program.wgsl(&source, schedule).expect("valid")[0].1.clone();
-    assert!(!stages(&Schedule::megakernel()).contains("wf_bank["));
+    assert!(!stages(&Schedule::megakernel()).contains("wf_bank[") && !stages(&Schedule::megakernel()).contains("wf_taken"));
+    assert!(!stages(&Schedule::persistent()).contains("wf_bank[") && !stages(&Schedule::persistent()).contains("Barrier()"));
     assert!(!stages(&Schedule::block()).contains("wf_megakernel"));
     assert!(stages(&Schedule::never()).contains("= wf_live_block(") && !stages(&Schedule::never_full()).contains("= wf_live_block("));
     assert!(!stages(&Schedule::block().with_roulette(None)).contains("wf_inverse_survival"));

@@ -283,7 +283,7 @@ fn lanes_of(
             Some((lanes, report.group_steps, bytes as u64 * lanes.useful))
         }
         // Whoever keeps whole tiles runs each subgroup as long as its longest walk.
-        Execution::Megakernel => {
+        Execution::Megakernel | Execution::Persistent => {
             let seen = replayed(&Schedule::never().with_roulette(schedule.roulette.clone()));
             Some((seen.occupancy, seen.group_steps(), 0))
         }

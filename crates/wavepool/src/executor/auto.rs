@@ -8,7 +8,7 @@
 
 use std::ops::ControlFlow;
 
-use super::{Execution, Progress, Report, Scheduler, SchedulerBuilder};
+use super::{Progress, Report, Scheduler, SchedulerBuilder};
 use crate::{Error, Film, Instruments, Result, Schedule, policy::Chooser};
 
 /// What the film holds before a run adds to it.
@@ -64,7 +64,7 @@ fn candidates_of(schedule: &Schedule) -> Vec<Schedule> {
         candidate.pins = schedule.pins;
         candidate.poison = schedule.poison;
         candidate.pool_blocks = schedule.pool_blocks;
-        candidate.bank_blocks = schedule.bank_blocks.filter(|_| candidate.execution == Execution::Wavefront);
+        candidate.bank_blocks = schedule.bank_blocks.filter(|_| candidate.execution.is_wavefront());
         candidate.submission_steps = schedule.submission_steps;
         candidate.ring = schedule.ring;
         candidate

@@ -35,7 +35,7 @@ use crate::{
     control::TICK_LANES,
     layout::Layout,
     plan::Plan,
-    policy::{Execution, OrderRule, WorkSource},
+    policy::{OrderRule, WorkSource},
     profile::{Observed, Statistics},
     shader::{Fault, link},
 };
@@ -175,10 +175,10 @@ pub struct Report {
     pub launches: u64,
     /// Ticks that handed out tiles.
     pub regenerations: u32,
-    /// Sum of live blocks over the steps; of the megakernel: tiles launched.
+    /// Sum of live blocks over the steps; where whole walks are launched: tiles.
     pub block_steps: u64,
     /// Work-groups that each stage was launched with, summed over the steps. More than `block_steps` with full launches, which launch dead
-    /// blocks too; of the megakernel: as `block_steps`.
+    /// blocks too; fewer where work-groups take several tiles.
     pub group_steps: u64,
     /// Sum over the steps of lanes alive when the step began; zero for the megakernel, which does not count.
     pub lane_steps: u64,

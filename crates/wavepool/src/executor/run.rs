@@ -13,7 +13,7 @@ use std::{
 };
 
 use super::{
-    Execution, Progress, Report, Scheduler,
+    Progress, Report, Scheduler,
     auto::FilmBase,
     buffers::Buffers,
     collect::Collector,
@@ -281,8 +281,8 @@ impl Run<'_> {
             } else if took > TARGET * 2 {
                 steps /= 2;
             }
-            // A step of the megakernel is many whole walks; one may be as much as a watchdog allows.
-            let fewest = if self.scheduler.schedule.execution == Execution::Megakernel { 1 } else { FEWEST_STEPS };
+            // A step of whole walks may be as much as a watchdog allows.
+            let fewest = if self.scheduler.schedule.execution.is_wavefront() { FEWEST_STEPS } else { 1 };
             steps = steps.max(if self.submissions > 2 { fewest } else { 1 });
         }
     }

@@ -65,7 +65,7 @@ pub(super) struct Sizes {
     /// Blocks in every bank but the last, which may have fewer.
     pub(super) bank_blocks: u32,
     pub(super) banks: u32,
-    /// Words of state per block; 0 for the megakernel.
+    /// Words of state per block; 0 where the state is in registers.
     pub(super) stride: u32,
     /// Words behind the results for the steps of every walk.
     pub(super) length_words: u64,
@@ -97,7 +97,8 @@ impl Sizes {
             return Err(Error::Schedule(format!("ring={passes}: allowed is 1 to {MAX_RING}")));
         }
         let tiles = u64::from(demand.tiles);
-        let is_wavefront = demand.execution == Execution::Wavefront;
+        let is_wavefront = demand.execution.is_wavefront();
+        let tiles_per_group = demand.execution.tiles_per_group();
         let useful = (tiles * u64::from(demand.passes)).min(u64::from(MAX_POOL_BLOCKS)) as u32;
         let block_bytes = u64::from(demand.stride) * 4;
         let limit = |what: String, need: u64, advice: String| match need > demand.binding {
@@ -111,7 +112,7 @@ impl Sizes {
         let in_a_bank = if is_wavefront { (demand.binding / block_bytes.max(1)).min(most) as u32 } else { MAX_POOL_BLOCKS };
         let in_a_bank = in_a_bank.min(demand.bank_blocks.unwrap_or(u32::MAX).max(1));
         let fitting = u64::from(in_a_bank).saturating_mul(u64::from(MAX_BANKS)).min(most) as u32;
-        let pool_blocks = demand.pool_blocks.unwrap_or(demand.default_blocks.min(fitting)).clamp(1, useful.max(1));
+        let pool_blocks = demand.pool_blocks.unwrap_or((demand.default_blocks / tiles_per_group).min(fitting)).clamp(1, useful.max(1));
         if pool_blocks > fitting {
             let what = format!("a pool of {pool_blocks} blocks in banks of {in_a_bank}");
             let (need, limit) = (u64::from(pool_blocks.div_ceil(in_a_bank)), u64::from(MAX_BANKS));
@@ -133,7 +134,12 @@ impl Sizes {
         let record_steps = if demand.records { RECORD_STEPS } else { 0 };
         let room = demand.binding - length_bytes;
         let fitting = room / (plane_bytes * u64::from(result_planes)).max(1);
-        let wanted = if is_wavefront { 2 + pool_blocks.div_ceil(demand.tiles.max(1)) } else { 1 };
+        let wanted = match (demand.execution, demand.tiles.max(1)) {
+            (Execution::Wavefront, tiles) => 2 + pool_blocks.div_ceil(tiles),
+            (Execution::Megakernel, _) => 1,
+            // A launch may begin within a pass and hold several.
+            (_, tiles) => 1 + (pool_blocks * tiles_per_group).div_ceil(tiles),
+        };
         let allowed = demand.ring.unwrap_or(MAX_RING);
         let ring = wanted.min(demand.passes).min(allowed).min(fitting.min(u64::from(u32::MAX)) as u32).max(1);
         let ordered_tiles = if demand.is_order_measured { demand.tiles } else { 0 };
@@ -226,6 +232,10 @@ mod tests {
         assert_eq!((sizes.pool_blocks, sizes.ring), (25, 3));
         let sizes = choose(|demand| demand.execution = Execution::Megakernel).expect("fits");
         assert_eq!((sizes.ring, sizes.state_bytes()), (1, 0));
+        let sizes = choose(|demand| demand.execution = Execution::Persistent).expect("fits");
+        assert_eq!((sizes.pool_blocks, sizes.ring, sizes.state_bytes()), (250, 8, 0));
+        let sizes = choose(|demand| (demand.execution, demand.pool_blocks) = (Execution::Persistent, Some(50))).expect("fits");
+        assert_eq!((sizes.pool_blocks, sizes.ring), (50, 3));
         let sizes = choose(|demand| demand.tiles = 12_000).expect("a short ring");
         assert_eq!((sizes.pool_blocks, sizes.ring), (1000, 2));
     }

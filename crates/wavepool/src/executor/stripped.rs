@@ -7,7 +7,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::{Execution, Film, Scheduler, buffers::Buffers, kernels::scoped, readback, run::Dispatch};
+use super::{Film, Scheduler, buffers::Buffers, kernels::scoped, readback, run::Dispatch};
 use crate::{
     Error, Result,
     control::{MAX_GROUPS, arguments},
@@ -85,10 +85,11 @@ impl Scheduler {
     /// **Cost:** memory for the tables of every step.
     ///
     /// # Errors
-    /// Those of a run, [`Error::Schedule`] for the megakernel, [`Error::Conservation`] when the stripped run does other work.
+    /// Those of a run, [`Error::Schedule`] for anything but a wavefront, [`Error::Conservation`] when the stripped run does other work.
     pub fn scheduling_cost(&mut self, passes: u32, rounds: usize, processor: &dyn Fn() -> Option<Duration>) -> Result<SchedulingCost> {
-        if self.schedule.execution == Execution::Megakernel {
-            return Err(Error::Schedule("the megakernel has no ticks between its steps that could be stripped".into()));
+        if !self.schedule.execution.is_wavefront() {
+            let name = self.schedule.execution.name();
+            return Err(Error::Schedule(format!("`{name}` has no ticks between its steps that could be stripped")));
         }
         let steps = self.run(passes)?.1.steps;
         let recording = self.record(passes, steps)?;

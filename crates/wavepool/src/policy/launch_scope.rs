@@ -1,7 +1,7 @@
 //! Which blocks a stage is launched over.
 //!
-//! Key decision: full launches cover the blocks of the current *fill*: the pool's first blocks, up to the last that has held a tile since the pool
-//! was empty. Tiles go to the lowest dead blocks, so that the number of these blocks is the largest number of blocks that lived at once.
+//! Key decision: full launches cover the blocks of the current *fill*: the pool's first blocks, up to the last that has held a tile since
+//! the pool was empty. Tiles go to the lowest dead blocks, so that the number of these blocks is the largest number of blocks that lived at once.
 //! Source: Frolov and Galaktionov, *Low overhead path regeneration*, 2016, whose baseline launches everything until all is dead.
 //!
 //! **Invariant:** both scopes walk the same lanes in the same steps; a dead block is left after one read.

@@ -22,7 +22,6 @@ use super::{
 use crate::{
     error::Error,
     layout::{BLOCK, Cell, Leaf, Storage, flatten, leaf_count},
-    policy::Execution,
 };
 
 /// An array member as its declaration reads, before naga has seen it.
@@ -140,7 +139,7 @@ pub(crate) fn plain_accessors(arrays: &[DeclaredArray]) -> String {
 /// Accessors for the execution at hand.
 pub(super) fn accessors(glue: &Glue, out: &mut String) {
     let arrays = &glue.interface.arrays;
-    if !arrays.is_empty() && glue.execution == Execution::Wavefront {
+    if !arrays.is_empty() && glue.execution.is_wavefront() {
         out.push_str("var<private> wf_array_base: u32;\n");
     }
     for array in arrays {
@@ -153,12 +152,11 @@ pub(super) fn accessors(glue: &Glue, out: &mut String) {
             let _ = writeln!(out, "    wf_element{0} = wf_settle_{1}(wf_element{0});", cell.path, cell.storage.name());
         }
         let _ = writeln!(out, "    return wf_pin_array_{name}(wf_element);\n}}");
-        match glue.execution {
-            Execution::Megakernel => {
-                let kept = [format!("wf_settle_array_{name}"), format!("wf_pin_array_{name}")];
-                member_accessors(name, &glue.interface.state, element, &format!("{length}u"), [&kept[0], &kept[1]], out);
-            }
-            Execution::Wavefront => bank_accessors(glue, array, out),
+        if glue.execution.is_wavefront() {
+            bank_accessors(glue, array, out);
+        } else {
+            let kept = [format!("wf_settle_array_{name}"), format!("wf_pin_array_{name}")];
+            member_accessors(name, &glue.interface.state, element, &format!("{length}u"), [&kept[0], &kept[1]], out);
         }
     }
 }

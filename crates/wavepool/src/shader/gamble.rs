@@ -1,8 +1,8 @@
 //! How roulette enters the wrappers: a draw per lane at the end of a step, or a draw per block or group of lanes between two steps.
 //!
 //! Key decision: a block's chance is condensed by one integer atomic per lane, without a barrier; the tick draws, and the first kernel of
-//! the next step kills or reweights. The megakernel does the same in lock-step, the only wrapper with barriers: its work-group is the
-//! block. Both take every decision from integers, so that they agree bit for bit.
+//! the next step kills or reweights. Where the state is in registers the same is done in lock-step, the only walk with barriers: the
+//! work-group is the block. Both take every decision from integers, so that they agree bit for bit.
 //!
 //! Groups of lanes need no tick: each lane draws what its whole group draws. A group has three words, by the age of the tile: a step reads
 //! the chances that the one before announced, clears those for the one after the next, and announces for the next. So one kernel can do
@@ -12,7 +12,7 @@ use std::fmt::Write as _;
 
 use super::{
     Summary,
-    generate::{Glue, MEGAKERNEL_HEAD, call_stages, settle_born},
+    generate::{Glue, WALK_HEAD, call_stages, settle_born},
     items,
     storage::settle,
 };
@@ -72,9 +72,9 @@ pub(super) fn draws(glue: &Glue, out: &mut String) {
 
 /// What the tick needs.
 pub(super) fn tick(glue: &Glue, shader: impl Fn(&str) -> &'static str) -> String {
-    match (glue.roulette, glue.execution) {
-        (_, Execution::Megakernel) => String::new(),
-        (Some(roulette), _) if glue.is_by_block() => {
+    match glue.roulette {
+        _ if !glue.execution.is_wavefront() => String::new(),
+        Some(roulette) if glue.is_by_block() => {
             let mut text = roulette.wgsl();
             draws(glue, &mut text);
             text + shader("scheduler::roulette_block")
@@ -186,8 +186,8 @@ pub(super) fn obey(glue: &Glue, out: &mut String, finish: impl Fn(&mut String)) 
     out.push_str("        wf_pin(&wf_state);\n    }\n");
 }
 
-/// The megakernel whose lanes wait for each other after every step, because they share a draw.
-pub(super) fn lockstep_megakernel(glue: &Glue, out: &mut String) {
+/// Walks a tile whose lanes wait for each other after every step, because they share a draw.
+pub(super) fn lockstep_walk(glue: &Glue, out: &mut String) {
     let group = match glue.scope() {
         Some(RouletteScope::Group(lanes)) => lanes,
         _ => BLOCK,
@@ -198,7 +198,7 @@ pub(super) fn lockstep_megakernel(glue: &Glue, out: &mut String) {
         "var<workgroup> wf_group_chances: array<atomic<u32>, {groups}>;\n\
          var<workgroup> wf_group_live: atomic<u32>;\n\
          var<workgroup> wf_group_verdict: vec2u;\n\
-         {MEGAKERNEL_HEAD}\
+         {WALK_HEAD}\
          var wf_state = {}();\n    \
          var wf_alive = wf_item.pixel != WF_NONE;\n    \
          if (wf_alive) {{\n        \

@@ -11,6 +11,8 @@ use std::fmt::Write as _;
 
 use super::{
     Interface, LeafSet, arrays, gamble, items,
+    persistent::PERSISTENT,
+    regenerating::megakernel_regen,
     storage::{load, pin, poison_planes, poison_state, settle, settle_stage, store, to_word},
 };
 use crate::{
@@ -45,12 +47,9 @@ impl Glue<'_> {
         self.roulette.map(Roulette::scope)
     }
 
-    /// In which portions work is handed out; a megakernel's launch is the portion.
+    /// In which portions a pool receives work.
     pub(super) fn grain(&self) -> Grain {
-        match self.execution {
-            Execution::Wavefront => self.regeneration.grain(),
-            Execution::Megakernel => Grain::Tiles,
-        }
+        if self.execution.is_wavefront() { self.regeneration.grain() } else { Grain::Tiles }
     }
 
     pub(super) fn is_by_block(&self) -> bool {
@@ -81,10 +80,10 @@ pub(crate) fn header(source: &dyn WorkSource, gauges: &[Gauge], assertions: bool
 /// The scheduler's own kernels: tick or advance, and resolve, each with its bindings.
 pub(crate) fn tick_module(glue: &Glue) -> (String, String) {
     let shader = scheduler_module;
-    let order = match (glue.order.rule(), glue.execution) {
-        (_, Execution::Megakernel) => String::new(),
-        (OrderRule::Formula(formula), _) => format!("{}{}", formula.wgsl(), shader("scheduler::order_formula")),
-        (OrderRule::Measured(measure), _) => {
+    let order = match glue.order.rule() {
+        _ if !glue.execution.is_wavefront() => String::new(),
+        OrderRule::Formula(formula) => format!("{}{}", formula.wgsl(), shader("scheduler::order_formula")),
+        OrderRule::Measured(measure) => {
             let reads = measure.reads_lane_steps();
             format!("const WF_READS_LANE_STEPS: bool = {reads};\n{}{}", measure.wgsl(), shader("scheduler::order_measured"))
         }
@@ -103,14 +102,14 @@ pub(crate) fn tick_module(glue: &Glue) -> (String, String) {
         gamble::tick(glue, shader),
         items::counters(glue),
         shader("scheduler::arguments"),
-        match glue.execution {
-            Execution::Wavefront => {
+        match glue.execution.is_wavefront() {
+            true => {
                 let launch = if packs { shader("scheduler::launch_packed") } else { shader("scheduler::launch_blocks") };
                 let tick = if glue.grain().is_by_lane() { shader("scheduler::tick_lanes") } else { shader("scheduler::tick") };
                 let common = ["scheduler::sums", "scheduler::passes", "scheduler::banks"].map(shader).concat();
                 format!("{}{common}{launch}{tick}", glue.launch.tick_wgsl())
             }
-            Execution::Megakernel => shader("scheduler::advance").to_owned(),
+            false => format!("const WF_TILES_PER_GROUP: u32 = {}u;\n{}", glue.execution.tiles_per_group(), shader("scheduler::advance")),
         },
     );
     let mut leaves = String::new();
@@ -160,12 +159,18 @@ pub(crate) fn kernels(glue: &Glue) -> String {
             generate_kernel(glue, &mut out);
             (0..glue.interface.stages.len()).for_each(|index| stage_kernel(glue, index, &mut out));
         }
-        Execution::Megakernel => {
+        whole_walks => {
             out.push_str(&items::formula(glue));
-            if glue.is_shared() {
-                gamble::lockstep_megakernel(glue, &mut out);
-            } else {
-                megakernel(glue, &mut out);
+            match whole_walks {
+                Execution::MegakernelRegen => megakernel_regen(glue, &mut out),
+                Execution::Persistent => {
+                    walk(glue, &mut out);
+                    out.push_str(PERSISTENT);
+                }
+                _ => {
+                    walk(glue, &mut out);
+                    out.push_str(MEGAKERNEL);
+                }
             }
         }
     }
@@ -327,20 +332,29 @@ fn finish_lane(glue: &Glue, late: &LeafSet, indent: &str, out: &mut String) {
     );
 }
 
-/// Which item this invocation walks; both megakernels begin so.
-pub(super) const MEGAKERNEL_HEAD: &str = "@compute @workgroup_size(256)
+/// A tile per work-group.
+const MEGAKERNEL: &str = "@compute @workgroup_size(256)
 fn wf_megakernel(@builtin(workgroup_id) wf_group: vec3u, @builtin(local_invocation_index) wf_lane: u32) {
     let wf_slot = wf_group.x + wf_group.y * WF_MAX_GROUPS;
     if (wf_slot >= wf_control.new_blocks) { return; }
     let wf_pass_index = wf_control.next_pass;
-    let wf_tile = wf_tile_at(wf_pass_index, wf_control.next_position + wf_slot);
+    wf_walk(wf_tile_at(wf_pass_index, wf_control.next_position + wf_slot), wf_pass_index, wf_lane);
+}
+";
+
+/// Which item a lane of a tile walks.
+pub(super) const WALK_HEAD: &str = "fn wf_walk(wf_tile: u32, wf_pass_index: u32, wf_lane: u32) {
     let wf_item = wf_item_of(wf_tile, wf_pass_index, wf_lane);
     ";
 
-fn megakernel(glue: &Glue, out: &mut String) {
+/// `wf_walk`, which takes one lane of a tile from birth to its result.
+fn walk(glue: &Glue, out: &mut String) {
+    if glue.is_shared() {
+        return gamble::lockstep_walk(glue, out);
+    }
     let _ = write!(
         out,
-        "{MEGAKERNEL_HEAD}\
+        "{WALK_HEAD}\
          if (wf_item.pixel == WF_NONE) {{ return; }}\n    \
          var wf_state = {}();\n    \
          {}(&wf_state, wf_item);\n",

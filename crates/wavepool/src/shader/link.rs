@@ -103,11 +103,17 @@ fn refuse_contradictions(schedule: &Schedule, roulette: Option<&dyn Roulette>) -
     let refuse = |what: String| Err(Error::Schedule(what));
     let (order, regeneration) = (schedule.order.name(), schedule.regeneration.name());
     let is_measured = matches!(schedule.order.rule(), OrderRule::Measured(_));
+    let shared = roulette.filter(|roulette| roulette.scope().is_shared());
     let by_block = roulette.filter(|roulette| matches!(roulette.scope(), RouletteScope::Block(_)));
     match (schedule.execution, schedule.grain()) {
-        (Execution::Megakernel, _) if is_measured => {
-            refuse(format!("order `{order}` measures the steps of tiles; the megakernel has none that could be measured"))
+        (execution, _) if is_measured && !execution.is_wavefront() => {
+            refuse(format!("order `{order}` measures the steps of tiles; `{}` has none that could be measured", execution.name()))
         }
+        (Execution::MegakernelRegen, _) if shared.is_some() => refuse(format!(
+            "roulette `{}` shares a draw among lanes that walk a tile together; those of `{}` go on to other items one by one",
+            shared.map_or("", |roulette| roulette.name()),
+            schedule.execution.name()
+        )),
         (Execution::Wavefront, grain) if grain.is_by_lane() && is_measured => refuse(format!(
             "order `{order}` measures the steps of tiles; under `{regeneration}` the items of a tile go to lanes anywhere in the pool"
         )),
@@ -116,7 +122,7 @@ fn refuse_contradictions(schedule: &Schedule, roulette: Option<&dyn Roulette>) -
              `group:256` draws for all lanes of a work-group, whoever they are",
             by_block.map_or("", |roulette| roulette.name())
         )),
-        (Execution::Megakernel, _) if schedule.local != LaneCompaction::None => {
+        (execution, _) if !execution.is_wavefront() && schedule.local != LaneCompaction::None => {
             refuse("`local` packs the lanes of stages; in a megakernel a lane keeps its state in registers, and its place".into())
         }
         (Execution::Wavefront, grain) if grain.is_packed() && schedule.local != LaneCompaction::None => {
@@ -168,14 +174,38 @@ mod tests {
 
     /// Kills: an order that is silently ignored where it means nothing.
     #[test]
-    fn a_megakernel_refuses_a_measured_order() {
+    fn whole_walks_refuse_a_measured_order() {
         let text = "struct S { a: u32 }\nfn generate(s: ptr<function, S>, item: Item) {}\n\
                     fn end(s: ptr<function, S>) -> u32 { return FINISH; }\nfn finish(s: ptr<function, S>) -> u32 { return (*s).a; }";
         let program = Program::builder("p").source("p.wgsl", text).stage("end").build().expect("a program");
-        let schedule: Schedule = "megakernel,order=depth-max".parse().expect("a schedule");
-        let message = link(&program, &LinearRange { count: 1 }, &schedule, &Instruments::default(), TICK_LANES, &[])
-            .expect_err("refused")
-            .to_string();
-        assert!(message.contains("depth-max") && message.contains("megakernel"), "{message}");
+        for execution in ["megakernel", "persistent", "megakernel-regen"] {
+            let schedule: Schedule = format!("{execution},order=depth-max").parse().expect("a schedule");
+            let linked = link(&program, &LinearRange { count: 1 }, &schedule, &Instruments::default(), TICK_LANES, &[]);
+            let message = linked.expect_err("refused").to_string();
+            assert!(message.contains("depth-max") && message.contains(&format!("`{execution}`")), "{message}");
+        }
+    }
+
+    /// Kills: lanes that share a draw with lanes of another tile, in silence; a refusal of a program without roulette.
+    #[test]
+    fn lanes_that_part_ways_refuse_a_shared_draw() {
+        let text = "struct S { a: u32 }\nfn generate(s: ptr<function, S>, item: Item) {}\n\
+                    fn end(s: ptr<function, S>) -> u32 { return FINISH; }\nfn finish(s: ptr<function, S>) -> u32 { return (*s).a; }";
+        let gambling =
+            "fn survival(s: ptr<function, S>) -> f32 { return 0.5; }\nfn reweight(s: ptr<function, S>, by: f32) { (*s).a += 1u; }";
+        let program = |text: String| Program::builder("p").source("p.wgsl", text).stage("end").build().expect("a program");
+        let linked = |program: &Program, schedule: &str| {
+            let schedule = schedule.parse().expect("a schedule");
+            link(program, &LinearRange { count: 1 }, &schedule, &Instruments::default(), TICK_LANES, &[])
+        };
+        let gambler = program(format!("{text}\n{gambling}"));
+        for roulette in ["block-max", "block-mean", "group:8"] {
+            let schedule = format!("megakernel-regen,roulette={roulette}");
+            let message = linked(&gambler, &schedule).expect_err("refused").to_string();
+            assert!(message.contains(roulette) && message.contains("one by one"), "{message}");
+            linked(&program(text.to_owned()), &schedule).expect("nobody draws");
+        }
+        linked(&gambler, "megakernel-regen,roulette=lane").expect("lanes draw for themselves");
+        linked(&gambler, "persistent,roulette=group:8").expect("tiles stay together");
     }
 }

@@ -17,6 +17,8 @@ mod infer;
 mod inspect;
 mod items;
 mod link;
+mod persistent;
+mod regenerating;
 mod rules;
 mod scan;
 mod storage;

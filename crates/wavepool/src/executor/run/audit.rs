@@ -7,7 +7,6 @@ use crate::{
     Error, Result,
     control::{counter_64, counters},
     plan::Kernel,
-    policy::Execution,
 };
 
 impl Run<'_> {
@@ -42,13 +41,13 @@ impl Run<'_> {
         let Some(snapshot) = &self.latest else { return Ok(()) };
         let control = &snapshot.control;
         let audited = |slot: u32| u64::from(snapshot.counters[slot as usize]);
-        let is_mega = self.scheduler.schedule.execution == Execution::Megakernel;
+        let is_wavefront = self.scheduler.schedule.execution.is_wavefront();
         let killed = snapshot.total(counters::KILLED) + counter_64(control.items_killed) + audited(counters::AUDIT_KILLED);
         let finished = snapshot.total(counters::FINISHED);
         let alive = audited(counters::AUDIT_ALIVE);
         let resolved = u64::from(control.resolved) * u64::from(self.scheduler.source.pixels());
         let results = resolved + audited(counters::AUDIT_DONE);
-        let started = if is_mega { results } else { counter_64(control.items_started) };
+        let started = if is_wavefront { counter_64(control.items_started) } else { results };
         let wrong = |what: String| Err(Error::Conservation(format!("step {}: {what}", self.recorded)));
         match () {
             () if audited(counters::AUDIT_MISMATCH) > 0 => {

@@ -8,7 +8,6 @@ use crate::{
     control::{Control, counter_64, counters},
     executor::{auto::FilmBase, readback, sizes::Sizes},
     plan::Size,
-    policy::Execution,
     profile::Lengths,
 };
 
@@ -82,12 +81,12 @@ impl Run<'_> {
         self.scheduler.gather(&base, &self.buffers.reader)
     }
 
-    /// The megakernel counts whole passes.
+    /// Without a pool whole passes are counted.
     pub(super) fn items_started(&self, control: &Control) -> u64 {
-        match self.scheduler.schedule.execution {
-            Execution::Megakernel => u64::from(control.resolved) * u64::from(self.scheduler.source.pixels()),
-            Execution::Wavefront => counter_64(control.items_started),
+        if self.scheduler.schedule.execution.is_wavefront() {
+            return counter_64(control.items_started);
         }
+        u64::from(control.resolved) * u64::from(self.scheduler.source.pixels())
     }
 
     fn report(&self, elapsed: Duration) -> Report {
@@ -97,13 +96,12 @@ impl Run<'_> {
         let Some(snapshot) = &self.latest else { return report };
         let control = &snapshot.control;
         let (steps, banked) = (u64::from(control.step), u64::from(control.bank_steps));
-        let is_mega = schedule.execution == Execution::Megakernel;
         let per_bank = plan
             .step
             .iter()
             .filter(|launch| matches!(launch.size, Size::LiveBlocks | Size::FilledBlocks | Size::PackedLanes | Size::Queues))
             .count() as u64;
-        let stage_launches = per_bank * if is_mega { steps } else { banked };
+        let stage_launches = per_bank * if schedule.execution.is_wavefront() { banked } else { steps };
         report.steps = steps;
         report.launches = 1 + steps + stage_launches + u64::from(control.bank_regenerations) + u64::from(control.resolved);
         report.regenerations = control.regenerations;
