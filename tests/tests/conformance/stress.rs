@@ -7,8 +7,10 @@ use wavepool::{ImageTiles, Instruments, Schedule};
 use crate::subjects::flight_helmet;
 
 const RUNS: u32 = 200;
+/// After so many of one schedule comes the next.
+const CHUNK: u32 = 25;
 
-/// Seen once: other bits from `persistent` on a busy machine. A film with fewer passes is told apart from one with other bits.
+/// Seen once: other bits from `persistent` on a busy machine. A run that is given up fails as such, and is no film with other bits.
 /// Kills: whatever of a megakernel depends on which work-group is given a processor.
 #[test]
 #[ignore = "takes minutes"]
@@ -17,19 +19,17 @@ fn whole_walks_have_the_same_bits_on_a_busy_machine() {
     let run = |name: &str| {
         let schedule = name.parse::<Schedule>().expect("a schedule").with_pool_blocks(12).with_submission_steps(1);
         let begun = Instant::now();
-        let (film, report) = subject.run(ImageTiles { width: 40, height: 56 }, 4, &schedule, Instruments::default());
-        (film.hash(), report.passes, begun.elapsed())
+        let (film, _) = subject.run(ImageTiles { width: 40, height: 56 }, 4, &schedule, Instruments::default());
+        (film.hash(), begun.elapsed())
     };
-    let (expected, passes, _) = run("never");
-    assert_eq!(passes, 4);
+    let (expected, _) = run("never");
     let mut wrong = 0;
-    for name in ["persistent", "megakernel", "megakernel-regen"] {
-        let runs: Vec<_> = (0..RUNS).map(|_| run(name)).collect();
-        let short = runs.iter().filter(|(_, passes, _)| *passes != 4).count();
-        let other = runs.iter().filter(|(hash, passes, _)| *passes == 4 && *hash != expected).count();
-        let slowest = runs.iter().map(|(.., took)| *took).max();
-        eprintln!("{name}: {RUNS} runs, {other} with other bits, {short} with fewer passes, the slowest in {slowest:?}");
-        wrong += other + short;
+    for name in ["persistent", "megakernel", "megakernel-regen"].into_iter().cycle().take(3 * (RUNS / CHUNK) as usize) {
+        let runs: Vec<_> = (0..CHUNK).map(|_| run(name)).collect();
+        let other = runs.iter().filter(|(hash, _)| *hash != expected).count();
+        let slowest = runs.iter().map(|(_, took)| *took).max();
+        eprintln!("{name}: {CHUNK} runs, {other} with other bits, the slowest in {slowest:?}");
+        wrong += other;
     }
     assert_eq!(wrong, 0);
 }
