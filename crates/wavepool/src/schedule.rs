@@ -123,10 +123,10 @@ impl Schedule {
         Schedule { execution: Execution::MegakernelRegen, ..Schedule::never() }
     }
 
-    /// Whatever is fastest here: the megakernel, block-in-place regeneration and none at all do a pass each, then the fastest goes on; looked at
-    /// again when a pass takes much longer or shorter than before.
+    /// Whatever is fastest here: the megakernel without and with regeneration, block-in-place regeneration and compaction do a pass each, then
+    /// the fastest goes on; looked at again when a pass takes much longer or shorter than before.
     pub fn auto() -> Self {
-        Schedule::of_candidates(vec![Schedule::megakernel(), Schedule::block(), Schedule::never()])
+        Schedule::of_candidates(vec![Schedule::megakernel(), Schedule::megakernel_regen(), Schedule::block(), Schedule::compaction()])
     }
 
     /// The same with candidates of one's own.
@@ -265,7 +265,7 @@ pub const SCHEDULES: &[Choice<Schedule>] = &[
     },
     Choice {
         name: "auto",
-        about: "measures megakernel, block and never for a pass each and goes on with the fastest; the same bits whatever it chooses",
+        about: "measures megakernel, megakernel-regen, block and compaction for a pass each and goes on with the fastest; the same bits whatever it chooses",
         make: Schedule::auto,
     },
 ];

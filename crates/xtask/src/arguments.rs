@@ -9,7 +9,8 @@ usage: cargo xtask COMMAND
   demo  [--yes]           set up, render a built-in scene, say where the picture is
   test  [--full] [--yes]  set up, then format, clippy, docs, book anchors and all tests
   bench WHAT [--quick]    figures of this device: core (tick, share, pins, wrappers), share alone, depth-sort (launches saved),
-                          schedules (all of them, counted, timed, swept for their best settings and taken apart)
+                          schedules (all of them, counted, timed, swept for their best settings and taken apart),
+                          auto (how well it chooses)
         [--out FOLDER]    of schedules: write tables (CSV, Markdown) and charts (SVG) there
   book                    build the tutorial into book/book
   setup [--yes]           make sure that a Vulkan, Metal or Direct3D adapter exists
@@ -35,7 +36,7 @@ pub(crate) enum Invocation {
 }
 
 /// What can be measured.
-const BENCHES: [&str; 4] = ["core", "share", "depth-sort", "schedules"];
+const BENCHES: [&str; 5] = ["core", "share", "depth-sort", "schedules", "auto"];
 
 /// Reads the words after `cargo xtask`.
 ///

@@ -2,7 +2,7 @@
 //!
 //! `core` prints the tick over 4096 blocks, the share of scheduling, the cost of pins and of the wrappers; `share` the second of these alone;
 //! `depth-sort` what sorted tiles save, measured and predicted; `schedules` all schedules on the built-in scenes, counted and timed in turns, with
-//! files and charts where `--out` says.
+//! files and charts where `--out` says; `auto` how well it chooses.
 //! A number without its device is none, so the adapter and the commit come first.
 
 #[path = "bench/schedules.rs"]
@@ -35,7 +35,8 @@ fn main() -> Result<(), Failure> {
         Some("share") => share(&gpu, is_quick),
         Some("depth-sort") => depth_sort(&gpu, is_quick),
         Some("schedules") => schedules::schedules(&gpu, is_quick, out),
-        _ => Err("usage: bench core|share|depth-sort|schedules [--quick] [--out FOLDER]".into()),
+        Some("auto") => schedules::choosing(&gpu, is_quick),
+        _ => Err("usage: bench core|share|depth-sort|schedules|auto [--quick] [--out FOLDER]".into()),
     }
 }
 

@@ -8,6 +8,7 @@
 
 pub mod ablation;
 mod chart;
+pub mod choosing;
 mod csv;
 mod markdown;
 mod rounds;

@@ -84,7 +84,7 @@ pub struct Layout {
     /// list of the lanes, and, when groups of them share a draw, the seat in which the lane announced its chance; of keyed lanes the key and the
     /// list ordered by it.
     pub item_plane: Option<u32>,
-    item_planes: u32,
+    pub(super) item_planes: u32,
     unshared: u32,
     least: u32,
 }

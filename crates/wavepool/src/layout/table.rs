@@ -134,6 +134,9 @@ impl Layout {
             let (planes, unshared, least) = (self.planes(), self.planes_unshared(), self.planes_at_least());
             text.push_str(&format!("\n{planes} planes; {unshared} without sharing, {least} at the busiest border"));
         }
+        if self.item_planes > 0 {
+            text.push_str(&format!("\n{} of them say which item a lane walks, and which lanes come next", self.item_planes));
+        }
         text
     }
 }

@@ -16,8 +16,8 @@ use path_tracer::{
 };
 use wavepool::{GpuContext, ImageTiles, Instruments, SCHEDULES, Schedule, Scheduler, policy::WorkSource};
 use wavepool_lab::rivals::{
-    Cell, Rounds, STAGES_HEAD, Subject, TABLE_HEAD, ablation, chart, compare_across_roulettes, compare_schedules, csv, glance, stages,
-    sweep, table, willing,
+    Cell, Rival, Rounds, STAGES_HEAD, Subject, TABLE_HEAD, ablation, chart, choosing, compare_across_roulettes, compare_schedules, csv,
+    glance, stages, sweep, table, willing,
 };
 
 use crate::{Failure, commit};
@@ -229,6 +229,62 @@ fn bench_scene(gpu: &GpuContext, (name, scene): (&str, &Scene), sizes: &Sizes, p
         let rows = take_apart(&source, sizes, pools[0], at_depth(*depth))?;
         found.say(&ablation::markdown(&format!("`{name}`, depth {depth}"), &rows));
         found.ablations.push((name.to_owned(), *depth, rows));
+    }
+    Ok(())
+}
+
+/// Who is asked how well `auto` chooses: the fixed schedules of the registry, as they are.
+const CHOOSER: &str = "auto";
+
+/// `auto` against the best fixed schedule of each cell, against the best that could be fixed for all, and both among wavefronts.
+pub(crate) fn choosing(gpu: &GpuContext, is_quick: bool) -> Result<(), Failure> {
+    let sizes = Sizes::new(gpu.facts.is_software(), is_quick);
+    let source = ImageTiles { width: sizes.side, height: sizes.side };
+    let rounds = if is_quick { Rounds::from(4) } else { Rounds { least: 8, most: 24, budget: Duration::from_secs(18) } };
+    let depths: &[u32] = if is_quick { &[8] } else { &[4, 16, 64] };
+    // A choice among wavefronts alone, as if there were no megakernels.
+    let wavefronts = Schedule::of_candidates(vec![Schedule::block(), Schedule::compaction(), Schedule::never()]);
+    let mut schedules = Vec::new();
+    for name in registered() {
+        schedules.push((name.to_owned(), name.parse::<Schedule>()?));
+    }
+    schedules.push(("auto among wavefronts".to_owned(), wavefronts));
+    let is_choice = |name: &str| name.starts_with(CHOOSER);
+    println!(
+        "{side}x{side} pixels, {} samples, every run counts but the first; the choosers keep what they have learnt\n",
+        sizes.passes,
+        side = sizes.side
+    );
+    let mut cells = Vec::new();
+    for name in SCENES {
+        let scene = scene::builtin(name).ok_or_else(|| format!("there is no built-in scene `{name}`"))?;
+        for depth in depths {
+            let build = |schedule: &Schedule, instruments: Instruments| -> Result<Rendering, Failure> {
+                let mut settings = Settings::new(sizes.side, sizes.side, sizes.passes);
+                (settings.depth, settings.schedule, settings.instruments) = (*depth, schedule.clone(), instruments);
+                Ok(Rendering(Renderer::new(gpu, &scene, &settings)?))
+            };
+            let list: Vec<Schedule> = schedules.iter().map(|(_, schedule)| schedule.clone()).collect();
+            let mut rivals = compare_schedules(&source, &list, sizes.passes, rounds, build)?;
+            rivals.iter_mut().zip(&schedules).for_each(|(rival, (name, _))| rival.name = name.clone());
+            cells.push(Cell { workload: name.to_owned(), at: *depth, rivals });
+            eprintln!("{name}, depth {depth}: {} rounds", cells[cells.len() - 1].rivals[0].runs.len());
+        }
+    }
+    let is_fixed = |rival: &Rival| !is_choice(&rival.name);
+    let is_wavefront = |rival: &Rival| is_fixed(rival) && !rival.name.starts_with("megakernel") && rival.name != "persistent";
+    for (chooser, what, is_rival) in [
+        ("auto", "all fixed schedules", &is_fixed as &dyn Fn(&Rival) -> bool),
+        ("auto among wavefronts", "fixed wavefronts", &is_wavefront),
+    ] {
+        println!(
+            "`{chooser}` against the best of {what}, chosen on the even rounds and judged on the odd ones\n\n{}",
+            choosing::markdown(&choosing::judge(&cells, chooser, is_rival))
+        );
+        if let Some(constant) = choosing::best_constant(&cells, is_rival) {
+            let verdicts = choosing::judge(&cells, chooser, |rival| rival.name == constant);
+            println!("`{chooser}` against `{constant}`, the best choice for all cells\n\n{}", choosing::markdown(&verdicts));
+        }
     }
     Ok(())
 }
