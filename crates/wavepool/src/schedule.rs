@@ -123,10 +123,12 @@ impl Schedule {
         Schedule { execution: Execution::MegakernelRegen, ..Schedule::never() }
     }
 
-    /// Whatever is fastest here: the megakernel without and with regeneration, block-in-place regeneration and compaction do a pass each, then
-    /// the fastest goes on; looked at again when a pass takes much longer or shorter than before.
+    /// Whatever is fastest here: the megakernel without and with regeneration, block-in-place regeneration, compaction and keyed queues do a
+    /// pass each, then the fastest goes on; whoever is close is looked at again now and then, and all are when the work changes.
     pub fn auto() -> Self {
-        Schedule::of_candidates(vec![Schedule::megakernel(), Schedule::megakernel_regen(), Schedule::block(), Schedule::compaction()])
+        let candidates =
+            [Schedule::megakernel(), Schedule::megakernel_regen(), Schedule::block(), Schedule::compaction(), Schedule::keyed()];
+        Schedule::of_candidates(candidates.to_vec())
     }
 
     /// The same with candidates of one's own.
@@ -265,7 +267,7 @@ pub const SCHEDULES: &[Choice<Schedule>] = &[
     },
     Choice {
         name: "auto",
-        about: "measures megakernel, megakernel-regen, block and compaction for a pass each and goes on with the fastest; the same bits whatever it chooses",
+        about: "measures megakernel, megakernel-regen, block, compaction and keyed for a pass each and goes on with the fastest; the same bits whatever it chooses",
         make: Schedule::auto,
     },
 ];

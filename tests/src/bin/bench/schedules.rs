@@ -243,7 +243,7 @@ pub(crate) fn choosing(gpu: &GpuContext, is_quick: bool) -> Result<(), Failure> 
     let rounds = if is_quick { Rounds::from(4) } else { Rounds { least: 8, most: 24, budget: Duration::from_secs(18) } };
     let depths: &[u32] = if is_quick { &[8] } else { &[4, 16, 64] };
     // A choice among wavefronts alone, as if there were no megakernels.
-    let wavefronts = Schedule::of_candidates(vec![Schedule::block(), Schedule::compaction(), Schedule::never()]);
+    let wavefronts = Schedule::of_candidates(vec![Schedule::block(), Schedule::compaction(), Schedule::keyed(), Schedule::never()]);
     let mut schedules = Vec::new();
     for name in registered() {
         schedules.push((name.to_owned(), name.parse::<Schedule>()?));
