@@ -14,8 +14,19 @@
 #![doc = include_str!("../../../examples/collatz/src/collatz.wgsl")]
 //! ```
 //!
+//! What a program declares, with `walk: ptr<function, STATE>` before all:
+//!
+//! | function | called |
+//! | --- | --- |
+//! | `generate(walk, item: Item)` | once per item, on a state of zeros; `Item` is `{ tile, index, pixel, sample }` |
+//! | stages `(walk)` or `(walk) -> u32` | in each step, in their order; `FINISH` ends the walk, `CONTINUE` does not |
+//! | `finish(walk) -> RESULT` | once per item; f32 and u32, vectors or a struct of them, summed per pixel into the film |
+//! | `survival(walk) -> f32` and `reweight(walk, inverse_p: f32)` | optional, for roulette: the chance to go on, and what survivors do about it |
+//! | `queue_key(walk) -> u32` | optional, for keyed queues: which kind of work the walk asks for after the first stage, modulo 64; writes nothing |
+//!
 //! Key decisions: the device decides, the host records; random numbers and results belong to items, never to lanes; so on one device
-//! and driver every schedule gives the same bits, as long as the roulette is the same and the pins are on. What is given up: stages are pure in their lane, they cannot talk to each other.
+//! and driver every schedule gives the same bits, as long as the roulette is the same and the pins are on. What is given up: stages are
+//! pure in their lane, they cannot talk to each other.
 //!
 //! **Invariant:** `program`, `layout`, `policy` and `plan` never see a device; `executor` alone encodes wgpu commands.
 

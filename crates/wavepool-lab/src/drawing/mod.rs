@@ -24,12 +24,15 @@ pub use lines::{Line, LinePanel, lines};
 pub use svg::svg;
 use words::{LETTERS, listed};
 
+use std::collections::BTreeMap;
+
 use wavepool::{
     Report, Schedule,
     plan::{Plan, Size},
     policy::Execution,
+    policy::WorkSource,
     profile::Steps,
-    replay::WalkLengths,
+    replay::{LaneItem, WalkLengths, watch_lanes},
 };
 
 /// Lanes of a block.
@@ -63,20 +66,17 @@ pub enum Error {
 
 /// Why a megakernel cannot be drawn.
 const INSIDE: &str = "a megakernel keeps its steps inside of one launch";
-/// Why lanes that receive single items cannot.
-const MIXED: &str = "the lanes of a block walk items of several tiles, so that a block has no tile to be coloured by";
 /// Why a choice among schedules cannot.
 const TURNS: &str = "schedules take turns at whole passes; draw one of them";
 
 /// Asks, before the run, whether a schedule can be drawn.
 ///
 /// # Errors
-/// [`Error::NoSteps`] for a megakernel, for lanes of a block that walk items of several tiles, and for several schedules in turns.
+/// [`Error::NoSteps`] for a megakernel and for several schedules in turns.
 pub fn check(schedule: &Schedule) -> Result<(), Error> {
     let refuse = |why| Err(Error::NoSteps { schedule: schedule.to_string(), why });
     match schedule.execution {
         _ if !schedule.candidates.is_empty() => refuse(TURNS),
-        Execution::Wavefront if schedule.regeneration.grain().is_by_lane() => refuse(MIXED),
         Execution::Wavefront => Ok(()),
         _ => refuse(INSIDE),
     }
@@ -102,11 +102,14 @@ pub struct Row {
     pub live_lanes: u32,
     /// Blocks that start a tile in it.
     pub new_blocks: u32,
+    /// Where lanes receive single items: how many do before it.
+    pub new_lanes: u32,
     /// Dispatches with at least one group.
     pub launches: u32,
 }
 
-/// A tile in a block, from its first step to its last.
+/// A tile in a block, from its first step to its last. Where lanes receive single items: the tile that most lanes of the block walk, for as long
+/// as that is so.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Span {
     /// Where it lives.
@@ -117,7 +120,7 @@ pub struct Span {
     pub tile: u32,
     /// The step in which it begins, from 0.
     pub first: u32,
-    /// Live lanes in each of its steps, at least 1 in each.
+    /// Live lanes of the block in each of its steps, at least 1 in each.
     pub live_lanes: Vec<u16>,
 }
 
@@ -137,6 +140,8 @@ pub struct Chart {
     spans: Vec<Span>,
     has_passes: bool,
     has_letters: bool,
+    /// True when the lanes of a block walk items of several tiles.
+    is_mixed: bool,
 }
 
 impl Chart {
@@ -216,7 +221,48 @@ impl Chart {
         }
         let has_passes = spans.iter().any(|span| span.pass_index > 0);
         let has_letters = spans.iter().all(|span| span.tile < LETTERS);
-        Ok(Chart { title: title.to_owned(), blocks: pool.blocks, rows, spans, has_passes, has_letters })
+        Ok(Chart { title: title.to_owned(), blocks: pool.blocks, rows, spans, has_passes, has_letters, is_mixed: false })
+    }
+
+    /// Of a run in which lanes receive single items, with the instruments for steps and lengths, of `source` under `schedule`. A block, or of
+    /// packed lanes a work-group, has the colour of the tile that most of its lanes walk.
+    ///
+    /// # Errors
+    /// As [`of_run`](Self::of_run).
+    pub fn of_items(report: &Report, stages: usize, schedule: &Schedule, source: &dyn WorkSource) -> Result<Self, Error> {
+        let (Some(steps), Some(lengths)) = (&report.observed.steps, &report.observed.lengths) else {
+            let why = "steps and lengths were not observed";
+            return Err(Error::NoSteps { schedule: report.schedule.clone(), why });
+        };
+        let mut mixture = Mixture::default();
+        let blocks = [report.pool_blocks, report.pool_blocks.div_ceil(report.banks.max(1))];
+        let mut observe = |places: &[Option<LaneItem>]| mixture.add(places);
+        let seen = watch_lanes(schedule, source, report.passes, blocks, report.ring, lengths, &mut observe);
+        let mut rows = Vec::new();
+        for (step, record) in steps.steps.iter().enumerate() {
+            let of = |figures: &[u32]| figures.get(step).copied().unwrap_or(0);
+            for (what, found, recorded) in [
+                ("live blocks", of(&seen.live_blocks), record.live_blocks),
+                ("live lanes", of(&seen.live_lanes), record.live_lanes),
+                ("work-groups", of(&seen.launched_blocks), record.launched_blocks),
+            ] {
+                if found != recorded {
+                    return Err(Error::Contradiction { step: step + 1, what, found, recorded });
+                }
+            }
+            let resolves = steps.resolved_after.iter().filter(|after| **after as usize == step + 1).count() as u32;
+            rows.push(Row {
+                live_blocks: record.launched_blocks,
+                live_lanes: record.live_lanes,
+                new_blocks: mixture.spans.iter().filter(|span| span.first as usize == step).count() as u32,
+                new_lanes: record.new_blocks,
+                launches: 1 + seen.lane_launches_of(step, stages) + resolves,
+            });
+        }
+        let spans = mixture.spans;
+        let has_passes = spans.iter().any(|span| span.pass_index > 0);
+        let has_letters = spans.iter().all(|span| span.tile < LETTERS);
+        Ok(Chart { title: report.schedule.clone(), blocks: report.pool_blocks, rows, spans, has_passes, has_letters, is_mixed: true })
     }
 
     /// The schedule, printed.
@@ -248,6 +294,39 @@ impl Chart {
     pub fn occupancy(&self) -> f64 {
         let sum = |of: fn(&Row) -> u32| self.rows.iter().map(|row| u64::from(of(row))).sum::<u64>() as f64;
         sum(|row| row.live_lanes) / (sum(|row| row.live_blocks) * f64::from(BLOCK)).max(1.0)
+    }
+}
+
+/// Which tile most lanes of a block walk, step by step.
+#[derive(Default)]
+struct Mixture {
+    step: u32,
+    spans: Vec<Span>,
+    /// By block: its latest span.
+    latest: Vec<Option<usize>>,
+}
+
+impl Mixture {
+    fn add(&mut self, places: &[Option<LaneItem>]) {
+        self.latest.resize(places.len() / BLOCK as usize, None);
+        for (block, lanes) in (0..).zip(places.chunks(BLOCK as usize)) {
+            let mut counts = BTreeMap::new();
+            lanes.iter().flatten().for_each(|item| *counts.entry(*item).or_insert(0_u16) += 1);
+            // Of equally many the first, so that a picture can be made again.
+            let most = counts.iter().max_by_key(|(item, count)| (**count, std::cmp::Reverse(**item)));
+            let Some((item, _)) = most else { continue };
+            let live = counts.values().sum();
+            let latest = self.latest[block as usize].map(|span| &mut self.spans[span]);
+            match latest.filter(|span| (span.pass_index, span.tile) == (item.pass_index, item.tile) && span.end() == self.step) {
+                Some(span) => span.live_lanes.push(live),
+                None => {
+                    self.latest[block as usize] = Some(self.spans.len());
+                    let LaneItem { pass_index, tile } = *item;
+                    self.spans.push(Span { block, pass_index, tile, first: self.step, live_lanes: vec![live] });
+                }
+            }
+        }
+        self.step += 1;
     }
 }
 

@@ -71,11 +71,12 @@ pub(super) fn draw(chart: &Chart, scale: &Scale) -> Panel {
     let raster = Raster::new(chart, scale);
     let (across, down) = (f64::from(raster.columns * scale.width), f64::from(raster.rows * scale.height));
     let totals = format!(
-        "{} steps, {} launches, {} regenerations; {:.0} % of the lanes in live blocks alive",
+        "{} steps, {} launches, {} regenerations; {:.0} % of the lanes in {} alive",
         chart.rows().len(),
         chart.launches(),
-        chart.rows().iter().filter(|row| row.new_blocks > 0).count(),
-        chart.occupancy() * 100.0
+        chart.rows().iter().filter(|row| if chart.is_mixed { row.new_lanes > 0 } else { row.new_blocks > 0 }).count(),
+        chart.occupancy() * 100.0,
+        if chart.is_mixed { "launched work-groups" } else { "live blocks" }
     );
     let mut body = text(0.0, 14.0, "class=\"t\"", chart.title());
     body += &text(0.0, 30.0, "", &totals);

@@ -1,7 +1,7 @@
 //! Pictures against the replay, against the rules of XML, and against their bounds.
 
 use wavepool::{
-    LinearRange, Schedule,
+    ImageTiles, Instruments, LinearRange, Program, Schedule, Scheduler,
     profile::{StepRecord, Steps},
     replay::{Replay, replay},
 };
@@ -215,4 +215,50 @@ fn base64_is_that_of_the_rfc() {
     for (bytes, text) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foob", "Zm9vYg=="), ("fooba", "Zm9vYmE=")] {
         assert_eq!(base64(bytes.as_bytes()), text);
     }
+}
+
+const KEYED_WALK: &str = "
+struct Walk { left: u32, sum: u32 }
+fn generate(w: ptr<function, Walk>, item: Item) { (*w).left = 1u + (item.pixel * 7u + item.sample * 5u) % 9u; }
+fn look(w: ptr<function, Walk>) { (*w).sum += (*w).left; }
+fn queue_key(w: ptr<function, Walk>) -> u32 { return (*w).left; }
+fn hop(w: ptr<function, Walk>) -> u32 {
+    (*w).left -= 1u;
+    if ((*w).left == 0u) { return FINISH; }
+    return CONTINUE;
+}
+fn finish(w: ptr<function, Walk>) -> u32 { return (*w).sum; }";
+
+/// Kills: lanes of one step drawn in another; a launch that a row forgets (queues by key, a second bank); a place of a list taken for a lane of a
+/// block; a picture of other lengths than the run's.
+#[test]
+fn lanes_of_several_tiles_add_up_to_the_run() {
+    crate::conformance::run(|gpu| {
+        let words = |error: &dyn std::fmt::Display| error.to_string();
+        let program =
+            Program::builder("walk").source("walk.wgsl", KEYED_WALK).stage("look").stage("hop").build().map_err(|error| words(&error))?;
+        let source = ImageTiles { width: 40, height: 56 };
+        let instruments = Instruments { steps: true, lengths: true, ..Instruments::default() };
+        for (text, banks) in [("per-lane", 5), ("per-lane,check_every=3,launch=full", 2), ("compaction,every=2", 2), ("keyed", 3)] {
+            let schedule: Schedule = text.parse().expect("a schedule");
+            let schedule = schedule.with_pool_blocks(5).with_bank_blocks(banks);
+            check(&schedule).expect("there are steps to draw");
+            let builder = Scheduler::builder(&program, source).schedule(&schedule).instruments(instruments);
+            let (_, mut report) = builder.build_on(gpu).and_then(|mut scheduler| scheduler.run(3)).map_err(|error| words(&error))?;
+            let chart = Chart::of_items(&report, 2, &schedule, &source).map_err(|error| format!("{text}: {error}"))?;
+            assert_eq!((chart.launches(), chart.rows().len() as u64), (report.launches, report.steps), "{text}");
+            let drawn: u64 = chart.spans().iter().flat_map(|span| &span.live_lanes).map(|lanes| u64::from(*lanes)).sum();
+            assert_eq!(drawn, report.lane_steps, "{text}");
+            assert_eq!(chart.rows().iter().map(|row| u64::from(row.live_blocks)).sum::<u64>(), report.group_steps, "{text}");
+            assert!(chart.spans().iter().all(|span| span.block < 5 && span.live_lanes.iter().all(|lanes| (1..=256).contains(lanes))));
+            assert!(svg("made up", std::slice::from_ref(&chart)).contains("lanes take items"), "{text}");
+            if let Some(steps) = &mut report.observed.steps {
+                steps.steps[2].live_lanes += 1;
+            }
+            let contradiction = Chart::of_items(&report, 2, &schedule, &source);
+            assert!(matches!(contradiction, Err(Error::Contradiction { step: 3, .. })), "{text}: {contradiction:?}");
+        }
+        Ok(())
+    });
+    assert!(check(&Schedule::auto()).expect_err("several schedules").to_string().contains("take turns"));
 }

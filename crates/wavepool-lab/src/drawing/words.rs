@@ -19,12 +19,17 @@ impl Chart {
 
     /// What waits behind a step, in the order in which it was taken later.
     pub(super) fn queue(&self, step: u32) -> &[Span] {
-        let taken = self.spans.partition_point(|span| span.first <= step);
+        // Single items wait in a queue that nobody wants to read.
+        let taken = if self.is_mixed { self.spans.len() } else { self.spans.partition_point(|span| span.first <= step) };
         &self.spans[taken..]
     }
 
     /// What the tick before a step has found and done, in words, with `most` names of each kind.
     pub(super) fn happened(&self, step: u32, most: usize) -> String {
+        if self.is_mixed {
+            let lanes = self.rows().get(step as usize).map_or(0, |row| row.new_lanes);
+            return if lanes > 0 { format!("{lanes} lanes take items") } else { String::new() };
+        }
         let list = |spans: &mut dyn Iterator<Item = &Span>| listed(spans.map(|span| self.name(span)), most);
         let died = list(&mut self.spans.iter().filter(|span| span.end() == step));
         let begun = list(&mut self.spans.iter().filter(|span| span.first == step));

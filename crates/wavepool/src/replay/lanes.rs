@@ -3,7 +3,7 @@
 //! Key decision: lanes are numbered through the pool; what the tick finds by prefix sums over blocks, and `generate` by those over lanes,
 //! is one walk over all lanes in order here.
 
-use super::{LaneLaunches, Replay, WalkLengths};
+use super::{LaneItem, LaneLaunches, Replay, WalkLengths};
 use crate::{
     Schedule,
     layout::BLOCK,
@@ -18,6 +18,7 @@ pub(super) fn replay_lanes(
     [pool_blocks, bank_blocks]: [u32; 2],
     ring: u32,
     lengths: &dyn WalkLengths,
+    mut observe: Option<&mut dyn FnMut(&[Option<LaneItem>])>,
 ) -> Replay {
     let lanes = pool_blocks.max(1) as usize * BLOCK as usize;
     let in_bank = bank_blocks.max(1) as usize * BLOCK as usize;
@@ -36,6 +37,7 @@ pub(super) fn replay_lanes(
         step: 0,
         filled: 0,
         running: Vec::new(),
+        visited_banks: 0,
         latest_tile: None,
     };
     let queues = if schedule.grain() == Grain::KeyedLanes { 2 } else { 0 };
@@ -43,6 +45,9 @@ pub(super) fn replay_lanes(
     if source.tiles() > 0 {
         while state.resolved < passes {
             state.tick(&mut report);
+            if let Some(observe) = observe.as_mut().filter(|_| !state.running.is_empty()) {
+                observe(&state.places());
+            }
             state.walk(&mut report);
         }
     }
@@ -52,6 +57,7 @@ pub(super) fn replay_lanes(
 #[derive(Clone, Copy, Default)]
 struct Lane {
     pass_index: u32,
+    tile: u32,
     /// Steps left; 0: dead.
     left: u32,
 }
@@ -77,6 +83,8 @@ struct State<'a> {
     filled: u32,
     /// Blocks that run in the coming step.
     running: Vec<usize>,
+    /// Banks that `generate` visits before it.
+    visited_banks: u32,
     latest_tile: Option<(u32, u32, Box<[u32; BLOCK as usize]>)>,
 }
 
@@ -126,9 +134,7 @@ impl State<'_> {
         }
         let mut banks: Vec<usize> = visited.iter().map(|block| block * BLOCK as usize / self.in_bank).collect();
         banks.dedup();
-        if let Some(launches) = &mut report.lane_launches {
-            launches.generate += banks.len() as u64;
-        }
+        self.visited_banks = banks.len() as u32;
         self.running = running;
 
         for lane in receiving {
@@ -136,8 +142,9 @@ impl State<'_> {
             let tiles = u64::from(self.source.tiles());
             let (pass_index, position) = ((queued / tiles) as u32, (queued % tiles) as u32);
             let OrderRule::Formula(formula) = self.schedule.order.rule() else { return };
-            let left = self.length(pass_index, formula.tile_at(pass_index, position, self.grid), index);
-            self.lanes[*lane] = Lane { pass_index, left };
+            let tile = formula.tile_at(pass_index, position, self.grid);
+            let left = self.length(pass_index, tile, index);
+            self.lanes[*lane] = Lane { pass_index, tile, left };
             self.next += 1;
         }
     }
@@ -149,6 +156,21 @@ impl State<'_> {
             self.latest_tile = Some((pass_index, tile, lengths));
         }
         self.latest_tile.as_ref().map_or(0, |(.., lengths)| lengths[index])
+    }
+
+    /// What is walked at each place of the work-groups.
+    fn places(&self) -> Vec<Option<LaneItem>> {
+        let item = |lane: &Lane| (lane.left > 0).then_some(LaneItem { pass_index: lane.pass_index, tile: lane.tile });
+        if !self.schedule.grain().is_packed() {
+            return self.lanes.iter().map(item).collect();
+        }
+        let mut places = vec![None; self.lanes.len()];
+        for (bank, list) in self.lists.iter().enumerate() {
+            for (place, lane) in places[bank * self.in_bank..].iter_mut().zip(list) {
+                *place = item(&self.lanes[*lane]);
+            }
+        }
+        places
     }
 
     /// One step of every live lane.
@@ -183,7 +205,8 @@ impl State<'_> {
         report.launched_blocks.push(groups);
         report.live_lanes.push(left.iter().filter(|left| **left > 0).count() as u32);
         if let Some(launches) = &mut report.lane_launches {
-            launches.stage += banks as u64;
+            launches.stage.push(banks as u32);
+            launches.generate.push(self.visited_banks);
         }
         let ring = self.outstanding.len() as u32;
         for lane in self.lanes.iter_mut().filter(|lane| lane.left > 0) {

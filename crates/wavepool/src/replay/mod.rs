@@ -69,13 +69,13 @@ pub struct Replay {
     lane_launches: Option<LaneLaunches>,
 }
 
-/// Sums over the steps of the banks in which a kernel had something to do.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// By step: the banks in which a kernel has something to do.
+#[derive(Clone, Debug, Default, PartialEq)]
 struct LaneLaunches {
-    stage: u64,
-    generate: u64,
+    stage: Vec<u32>,
+    generate: Vec<u32>,
     /// Launches of each step that lay out queues.
-    queues: u64,
+    queues: u32,
 }
 
 impl Replay {
@@ -93,11 +93,18 @@ impl Replay {
     /// counts them.
     pub fn launches(&self, stages: usize) -> u64 {
         let ticks = 1 + self.steps();
-        if let Some(launches) = self.lane_launches {
-            let per_step = stages as u64 + launches.queues;
-            return ticks + per_step * launches.stage + launches.generate + self.resolved_after.len() as u64;
+        if self.lane_launches.is_some() {
+            let of_steps: u64 = (0..self.live_blocks.len()).map(|step| u64::from(self.lane_launches_of(step, stages))).sum();
+            return ticks + of_steps + self.resolved_after.len() as u64;
         }
         ticks + stages as u64 * self.steps() + (self.regenerations.len() + self.resolved_after.len()) as u64
+    }
+
+    /// Where lanes receive single items: launches of a step, ticks and resolves apart; else 0.
+    pub fn lane_launches_of(&self, step: usize, stages: usize) -> u32 {
+        let Some(launches) = &self.lane_launches else { return 0 };
+        let of = |banks: &[u32]| banks.get(step).copied().unwrap_or(0);
+        (stages as u32 + launches.queues) * of(&launches.stage) + of(&launches.generate)
     }
 
     /// The same for a pool in banks of `bank_blocks`, each of which takes launches of its own; `lengths` are those that were replayed. Where
@@ -166,7 +173,7 @@ pub fn replay_in_banks(
     lengths: &dyn WalkLengths,
 ) -> Replay {
     if schedule.grain().is_by_lane() {
-        return lanes::replay_lanes(schedule, source, passes, [pool_blocks, bank_blocks], ring, lengths);
+        return lanes::replay_lanes(schedule, source, passes, [pool_blocks, bank_blocks], ring, lengths, None);
     }
     let mut state = State {
         pool: (0..pool_blocks.max(1)).map(|_| None).collect(),
@@ -184,6 +191,32 @@ pub fn replay_in_banks(
         }
     }
     report
+}
+
+/// What a lane walks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct LaneItem {
+    /// The pass of its item.
+    pub pass_index: u32,
+    /// The tile that the item stems from.
+    pub tile: u32,
+}
+
+/// The same where lanes receive single items, and `observe` sees every step: for each place of the launched work-groups, block by block of the
+/// pool, what is walked there. Packed lanes stand in the places of their list, bank by bank. Other grains are not observed.
+pub fn watch_lanes(
+    schedule: &Schedule,
+    source: &dyn WorkSource,
+    passes: u32,
+    blocks: [u32; 2],
+    ring: u32,
+    lengths: &dyn WalkLengths,
+    observe: &mut dyn FnMut(&[Option<LaneItem>]),
+) -> Replay {
+    if schedule.grain().is_by_lane() {
+        return lanes::replay_lanes(schedule, source, passes, blocks, ring, lengths, Some(observe));
+    }
+    replay_in_banks(schedule, source, passes, blocks, ring, lengths)
 }
 
 struct State<'a> {

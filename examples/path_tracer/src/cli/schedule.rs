@@ -4,7 +4,7 @@ use std::{ops::ControlFlow, path::PathBuf};
 
 use path_tracer::{
     Renderer, Settings, output,
-    wavepool::{GpuContext, GpuOptions, Instruments, Schedule},
+    wavepool::{GpuContext, GpuOptions, ImageTiles, Instruments, Schedule},
 };
 use wavepool_lab::drawing::{self, Chart};
 
@@ -81,10 +81,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Settings { samples: arguments.samples, depth: arguments.depth, seed: arguments.seed, instruments, ..Settings::default() };
     let mut charts = Vec::new();
     for schedule in schedules {
-        let mut renderer = Renderer::new(&gpu, &scene, &Settings { width, height, schedule, ..settings.clone() })?;
+        let mut renderer = Renderer::new(&gpu, &scene, &Settings { width, height, schedule: schedule.clone(), ..settings.clone() })?;
         let report = renderer.render(|_| ControlFlow::Continue(()))?.report;
         report.notes.iter().for_each(|note| eprintln!("note: {note}"));
-        let chart = Chart::of_run(&report, renderer.scheduler().plan()).map_err(|error| Failure::Runtime(error.to_string()))?;
+        let chart = match schedule.regeneration.grain().is_by_lane() {
+            true => {
+                let stages = renderer.scheduler().layout().kernels.len();
+                Chart::of_items(&report, stages, &schedule, &ImageTiles { width, height })
+            }
+            false => Chart::of_run(&report, renderer.scheduler().plan()),
+        };
+        let chart = chart.map_err(|error| Failure::Runtime(error.to_string()))?;
         say(format_args!("schedule: {}: {} steps, {} launches", report.schedule, report.steps, report.launches));
         charts.push(chart);
     }
