@@ -10,6 +10,9 @@ use crate::{
     policy::{Grain, OrderRule, TileGrid, WorkSource},
 };
 
+/// Sees what is walked at each place of a step.
+pub(super) type Observe<'a> = dyn FnMut(&[Option<LaneItem>]) + 'a;
+
 /// As [`replay`](super::replay), for a grain finer than tiles.
 pub(super) fn replay_lanes(
     schedule: &Schedule,
@@ -18,7 +21,7 @@ pub(super) fn replay_lanes(
     [pool_blocks, bank_blocks]: [u32; 2],
     ring: u32,
     lengths: &dyn WalkLengths,
-    mut observe: Option<&mut dyn FnMut(&[Option<LaneItem>])>,
+    mut observe: Option<&mut Observe<'_>>,
 ) -> Replay {
     let lanes = pool_blocks.max(1) as usize * BLOCK as usize;
     let in_bank = bank_blocks.max(1) as usize * BLOCK as usize;
