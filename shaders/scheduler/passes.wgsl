@@ -3,6 +3,23 @@
 // What ended in this tick, per slot of the result ring: tiles, or items where lanes receive these.
 var<workgroup> wf_retired: array<atomic<u32>, WF_MAX_RING>;
 
+// Blocks of the current fill, dead or alive: up to the last that has run since the pool was empty.
+var<workgroup> wf_filled: u32;
+
+// The first of the blocks that an invocation of the tick looks after; those of the next one follow them.
+fn wf_first_block(lane: u32) -> u32 {
+    let blocks = wf_control.pool_blocks;
+    return min(lane * ((blocks + WF_TICK_LANES - 1u) / WF_TICK_LANES), blocks);
+}
+
+// Nothing has ended yet, and nothing is counted.
+fn wf_open_tick(lane: u32) {
+    if (lane < WF_MAX_RING) {
+        atomicStore(&wf_retired[lane], 0u);
+    }
+    wf_drain_counters(lane);
+}
+
 // Takes what ended from what the passes wait for; `whole` is what a pass begins with. Resolves the oldest pass when nothing of it is
 // outstanding; its slot of the ring is free from the next step on.
 fn wf_close_passes(whole: u32) {

@@ -9,24 +9,17 @@ var<workgroup> wf_new_lanes: atomic<u32>;
 // Blocks that receive a tile, the queue's head (pass, position), and the step in which they are born. Through work-group memory, because
 // a work-group barrier says nothing about storage.
 var<workgroup> wf_assignment: vec4u;
-// Blocks of the current fill, dead or alive: the largest number that lived at once since the pool was empty.
-var<workgroup> wf_filled: u32;
 
 @compute @workgroup_size(WF_TICK_LANES)
 fn wf_tick(@builtin(local_invocation_index) lane: u32) {
-    let blocks = wf_control.pool_blocks;
-    let run = (blocks + WF_TICK_LANES - 1u) / WF_TICK_LANES;
-    let first = min(lane * run, blocks);
-    let end = min(first + run, blocks);
-    if (lane < WF_MAX_RING) {
-        atomicStore(&wf_retired[lane], 0u);
-    }
+    let first = wf_first_block(lane);
+    let end = wf_first_block(lane + 1u);
     if (lane == 0u) {
         atomicStore(&wf_live_lanes, 0u);
         atomicStore(&wf_killed_lanes, 0u);
         atomicStore(&wf_new_lanes, 0u);
     }
-    wf_drain_counters(lane);
+    wf_open_tick(lane);
     workgroupBarrier();
 
     // Count the live blocks, and retire those whose last lane has died. Few do in any one tick, so that is a loop of its own: lanes that

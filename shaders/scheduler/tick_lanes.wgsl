@@ -11,23 +11,16 @@ var<workgroup> wf_packs: u32;
 var<workgroup> wf_new_lanes: atomic<u32>;
 // One more than the last block that runs.
 var<workgroup> wf_top: atomic<u32>;
-// Blocks of the current fill, dead or alive: up to the last that has run since the pool was empty.
-var<workgroup> wf_filled: u32;
 
 @compute @workgroup_size(WF_TICK_LANES)
 fn wf_tick(@builtin(local_invocation_index) lane: u32) {
-    let blocks = wf_control.pool_blocks;
-    let run = (blocks + WF_TICK_LANES - 1u) / WF_TICK_LANES;
-    let first = min(lane * run, blocks);
-    let end = min(first + run, blocks);
-    if (lane < WF_MAX_RING) {
-        atomicStore(&wf_retired[lane], 0u);
-    }
+    let first = wf_first_block(lane);
+    let end = wf_first_block(lane + 1u);
     if (lane == 0u) {
         atomicStore(&wf_new_lanes, 0u);
         atomicStore(&wf_top, 0u);
     }
-    wf_drain_counters(lane);
+    wf_open_tick(lane);
     workgroupBarrier();
 
     var live = 0u;

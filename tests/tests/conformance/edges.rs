@@ -202,7 +202,18 @@ fn a_device_with_default_limits_and_checks_gives_the_same_bits() {
     let image = ImageTiles { width: 40, height: 56 };
     let program = hops();
     let expected = run(gpu, &program, image, 3, &Schedule::never()).0.hash();
-    for schedule in ["never", "block,threshold=0,check_every=1", "block,order=depth-max", "megakernel"] {
+    for schedule in [
+        "never",
+        "block,threshold=0,check_every=1",
+        "block,order=depth-max",
+        "block,local=all",
+        "per-lane",
+        "compaction",
+        "keyed",
+        "megakernel",
+        "megakernel-regen",
+        "persistent",
+    ] {
         let schedule = schedule.parse::<Schedule>().expect("a schedule").with_pool_blocks(5).with_bank_blocks(2);
         let builder = Scheduler::builder(&program, image).schedule(&schedule);
         let outcome = builder.build_on(&lent).and_then(|mut scheduler| scheduler.run_with(0, 3, patient()));
@@ -235,7 +246,9 @@ fn counters_and_assertions_are_exact() {
     }
     let times = |value: u64| value * passes;
     let apart = (1..=count).filter(|number| number % 3 == 0).count() as u64;
-    for text in ["never", "block", "block,threshold=0,check_every=1,order=depth-mean", "megakernel"] {
+    for text in
+        ["never", "block", "block,threshold=0,check_every=1,order=depth-mean", "per-lane", "compaction", "megakernel", "megakernel-regen"]
+    {
         let schedule = text.parse::<Schedule>().expect("a schedule").with_pool_blocks(5).with_bank_blocks(2);
         for assertions in [false, true] {
             let instruments = Instruments { assertions, ..Instruments::default() };
@@ -280,5 +293,42 @@ fn snapshots_show_what_the_next_step_will_find() {
             let text = shot.to_string();
             assert!(text.contains("number: u32") && text.lines().count() == 2 + 1024, "{}", &text[..200]);
         }
+    }
+}
+
+/// Where lanes receive items, a lane shows the item that it walks, whichever that is: the program keeps who it is in its state.
+/// Kills: a lane taken for a place of its block's tile, or of the list; the birth of the block in place of that of the lane.
+#[test]
+fn snapshots_show_the_items_of_lanes() {
+    let Some(gpu) = gpu() else { return };
+    let image = ImageTiles { width: 40, height: 56 };
+    for schedule in [Schedule::per_lane(), Schedule::compaction().with_bank_blocks(2)] {
+        let schedule = schedule.with_pool_blocks(3);
+        let mut scheduler = scheduler(gpu, &hops(), image, &schedule);
+        let mut run = scheduler.begin(5, 3).expect("a run");
+        run.step(11).expect("steps");
+        let shot = run.snapshot(0..3 * 256).expect("a snapshot");
+        let key = shot.fields.iter().position(|field| field.path == ".key.x").expect("a field");
+        let alive: Vec<_> = shot.lanes.iter().filter(|lane| lane.is_alive).collect();
+        for lane in &alive {
+            let expected = lane.pixel.map(Value::U32);
+            assert!(lane.values[key] == expected && lane.values[key + 1] == Some(Value::U32(lane.sample)), "{schedule}: {lane:?}");
+            assert!(lane.steps >= 1 && lane.steps <= shot.step, "{schedule}: {lane:?}");
+        }
+        let tiles: std::collections::BTreeSet<_> = alive.iter().filter(|lane| lane.block == 1).map(|lane| lane.tile).collect();
+        let ages: std::collections::BTreeSet<_> = alive.iter().map(|lane| lane.steps).collect();
+        assert!(alive.len() > 100 && tiles.len() > 1 && ages.len() > 2, "{schedule}: {tiles:?}, {ages:?}: this shows nothing");
+    }
+}
+
+/// Kills: launches of lists or queues that a stripped run leaves out, or counts by the arguments of another step.
+#[test]
+fn stripped_runs_do_the_same_work() {
+    let Some(gpu) = gpu() else { return };
+    for text in ["block", "never-full", "per-lane", "compaction", "keyed", "block,order=depth-max,local=all"] {
+        let schedule = text.parse::<Schedule>().expect("a schedule").with_pool_blocks(5).with_bank_blocks(2);
+        let mut scheduler = scheduler(gpu, &hops(), ImageTiles { width: 40, height: 56 }, &schedule);
+        let cost = scheduler.scheduling_cost(3, 1, &|| None).unwrap_or_else(|error| panic!("{text}: {error}"));
+        assert!(cost.full.len() == 1 && cost.stripped.len() == 1 && cost.steps > 3, "{text}: {cost:?}");
     }
 }

@@ -174,7 +174,8 @@ fn instruments_change_nothing() {
         Instruments { markers: true, assertions: true, ..Instruments::default() },
         Instruments::statistics(),
     ];
-    for schedule in [Schedule::block().with_pool_blocks(5).with_bank_blocks(2), Schedule::megakernel().with_pool_blocks(5)] {
+    let packed = Schedule::compaction().with_pool_blocks(5).with_bank_blocks(2);
+    for schedule in [Schedule::block().with_pool_blocks(5).with_bank_blocks(2), packed, Schedule::megakernel().with_pool_blocks(5)] {
         let schedule = schedule.with_submission_steps(7);
         for make in programs::all() {
             let program = make();

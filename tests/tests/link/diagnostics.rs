@@ -95,6 +95,14 @@ const IN_A_STAGE: &[(&str, &str)] = &[
         "reweight with another argument",
         "fn walk(w: ptr<function, Walk>) -> u32 { return FINISH; }\nfn survival(w: ptr<function, Walk>) -> f32 { return 0.5; }\nfn reweight(w: ptr<function, Walk>, p: u32) {}\n",
     ),
+    (
+        "a key that writes",
+        "fn walk(w: ptr<function, Walk>) -> u32 { return FINISH; }\nfn queue_key(w: ptr<function, Walk>) -> u32 { (*w).seed += 1u; return (*w).seed; }\n",
+    ),
+    (
+        "a key of another type",
+        "fn walk(w: ptr<function, Walk>) -> u32 { return FINISH; }\nfn queue_key(w: ptr<function, Walk>) -> f32 { return 1.0; }\n",
+    ),
     ("no stage decides", "fn walk(w: ptr<function, Walk>) { (*w).position += 1.0; }\n"),
     ("type error in a stage", "fn walk(w: ptr<function, Walk>) -> u32 {\n    (*w).position = (*w).seed;\n    return FINISH;\n}\n"),
     ("type error in an operand", "fn walk(w: ptr<function, Walk>) -> u32 {\n    (*w).position = 1.0 + (*w).seed;\n    return FINISH;\n}\n"),

@@ -173,7 +173,7 @@ pub struct Report {
     pub steps: u64,
     /// Dispatches with at least one group: stages, generate, ticks and resolves of those steps.
     pub launches: u64,
-    /// Ticks that handed out tiles.
+    /// Ticks that handed out work.
     pub regenerations: u32,
     /// Sum of live blocks over the steps; where whole walks are launched: tiles.
     pub block_steps: u64,

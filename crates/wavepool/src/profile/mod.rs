@@ -24,13 +24,13 @@ pub struct StepRecord {
     pub live_blocks: u32,
     /// Lanes that are alive when it begins.
     pub live_lanes: u32,
-    /// Blocks that start a tile in it.
+    /// Blocks that start a tile in it; where lanes receive single items, dead lanes that do.
     pub new_blocks: u32,
-    /// Work-groups that each stage is launched with: the live blocks, or all of the current fill.
+    /// Work-groups that each stage is launched with: the live blocks, all of the current fill, or what the lists of packed lanes need.
     pub launched_blocks: u32,
 }
 
-/// Every step of a run, and every tile that was handed out, in order.
+/// Every step of a run, and every tile that was handed out, in order; single items are not told one by one.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Steps {
     /// The steps in which a block was live.
@@ -99,7 +99,7 @@ impl Times {
 
     /// The kernels that do no work of the program: their part of all device time, 0 to 1.
     pub fn scheduling_share(&self) -> f64 {
-        let own = ["tick", "advance"];
+        let own = ["tick", "advance", "queues", "enqueue"];
         let scheduling: u64 =
             self.kernels.iter().filter(|kernel| own.contains(&kernel.kernel.as_str())).map(|kernel| kernel.nanoseconds).sum();
         scheduling as f64 / self.busy_ns().max(1) as f64
@@ -126,7 +126,7 @@ mod tests {
     #[test]
     fn times_add_up_by_kernel() {
         let mut times = Times::default();
-        for (kernel, took) in [("trace", 70), ("tick", 2), ("trace", 26), ("tick", 2)] {
+        for (kernel, took) in [("trace", 70), ("tick", 2), ("trace", 26), ("queues", 1), ("enqueue", 1)] {
             times.add(kernel, took);
         }
         assert_eq!(times.kernels[0], KernelTime { kernel: "trace".into(), launches: 2, nanoseconds: 96 });
