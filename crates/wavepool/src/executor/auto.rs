@@ -2,7 +2,7 @@
 //!
 //! Key decision: each candidate is a scheduler of its own, and the film goes from one to the next between passes. Passes are resolved in order and
 //! give the same bits under every candidate, so the film is the same whatever is chosen when; only the time it takes depends on that. What
-//! is given up: a pass of one candidate does not overlap with those of the next.
+//! is given up: a pass of one candidate does not overlap with those of the next, and a change of mind allocates a pool anew.
 //!
 //! **Invariant:** changing one's mind changes no bit.
 
@@ -136,6 +136,9 @@ impl Auto {
         let mut base: Option<FilmBase> = None;
         let mut is_stopped = false;
         while let Some(choice) = self.chooser.next(passes - whole.passes).filter(|_| !is_stopped) {
+            // One pool at a time: several might not fit where each of them does. The film is kept by `base`.
+            let others = self.candidates.iter_mut().enumerate().filter(|(other, _)| *other != choice.candidate);
+            others.for_each(|(_, other)| other.buffers = None);
             let scheduler = &mut self.candidates[choice.candidate];
             scheduler.seed = seed;
             if !std::mem::replace(&mut self.is_warm[choice.candidate], true) {
