@@ -136,8 +136,24 @@ impl Schedule {
         Schedule { candidates, ..Schedule::block() }
     }
 
+    /// The candidates with what this schedule says of roulette, order, pins, ring and pool.
+    pub(crate) fn candidates_as_asked(&self) -> Vec<Schedule> {
+        let as_asked = |candidate: &Schedule| Schedule {
+            roulette: self.roulette.clone(),
+            order: self.order.clone(),
+            pins: self.pins,
+            poison: self.poison,
+            pool_blocks: self.pool_blocks,
+            bank_blocks: self.bank_blocks.filter(|_| candidate.execution.is_wavefront()),
+            submission_steps: self.submission_steps,
+            ring: self.ring,
+            ..candidate.clone()
+        };
+        self.candidates.iter().map(as_asked).collect()
+    }
+
     /// In which portions a pool receives work: what the regeneration says, whole tiles where there is no pool.
-    pub(crate) fn grain(&self) -> Grain {
+    pub fn grain(&self) -> Grain {
         if self.execution.is_wavefront() { self.regeneration.grain() } else { Grain::Tiles }
     }
 

@@ -93,7 +93,8 @@ fn positions_that_are_not_numbers_are_located() {
     refuses(&["render", &triangle_with_nan(folder.path())], 1, &["nan.gltf", "mesh 0", "primitive 0", "vertex 1"]);
 }
 
-/// Kills: a command whose arguments collide, a table without the stages, stages that the scene does not call for.
+/// Kills: a command whose arguments collide, a table without the stages, stages that the scene does not call for, the state of
+/// another schedule than the one asked for.
 #[test]
 fn a_scene_is_explained_without_a_device() {
     let output = path_tracer(&["explain", "cornell-box"]);
@@ -102,6 +103,10 @@ fn a_scene_is_explained_without_a_device() {
     for part in ["trace, gather_emission, sample_light, trace_shadow, next_bounce", "bytes per lane", "beta.x", "schedule: block"] {
         assert!(stdout.contains(part), "`{part}` is not in: {stdout}");
     }
+    let packed = path_tracer(&["explain", "cornell-box", "--schedule", "compaction"]);
+    let packed = String::from_utf8_lossy(&packed.stdout).into_owned();
+    assert!(packed.contains("3 of them say which item a lane walks"), "{packed}");
+    refuses(&["explain", "cornell-box", "--schedule", "auto"], 2, &["--schedule auto", "one can be explained"]);
     for command in ["render", "explain", "scenes", "adapters", "schedule", "schedules"] {
         assert!(path_tracer(&[command, "--help"]).status.success(), "{command} --help");
     }

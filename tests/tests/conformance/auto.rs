@@ -86,9 +86,11 @@ fn auto_leaves_out_what_cannot_be_and_stops_when_told() {
     let (_, report) = run(gpu, &program, IMAGE, 5, &sorted);
     assert!(report.notes.iter().any(|note| note.starts_with("auto leaves out `megakernel")), "{:?}", report.notes);
     assert!(report.decisions.iter().all(|decision| !decision.schedule.starts_with("megakernel")));
+    assert!(program.check(&IMAGE, &sorted).is_ok() && program.wgsl(&IMAGE, &sorted).is_err());
     let watched = build(&Schedule::auto(), Instruments { steps: true, ..Instruments::default() });
     assert!(matches!(watched, Err(Error::Schedule(message)) if message.contains("watch one schedule")));
     let hopeless = Schedule::of_candidates(vec![Schedule::megakernel()]).with_order(wavepool::policy::DepthMax);
+    assert!(program.check(&IMAGE, &hopeless).is_err());
     assert!(matches!(build(&hopeless, Instruments::default()), Err(Error::Schedule(message)) if message.contains("depth-max")));
     let mut scheduler = Scheduler::builder(&program, IMAGE).schedule(&Schedule::auto()).build_on(gpu).expect("builds");
     assert!(matches!(scheduler.begin(0, 1), Err(Error::Schedule(message)) if message.contains("step by step")));

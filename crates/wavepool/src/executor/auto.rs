@@ -55,23 +55,6 @@ pub(super) struct Auto {
     notes: Vec<String>,
 }
 
-/// The candidates with what the whole schedule says of roulette, pins, pool and ring.
-fn candidates_of(schedule: &Schedule) -> Vec<Schedule> {
-    let each = |candidate: &Schedule| {
-        let mut candidate = candidate.clone();
-        candidate.roulette = schedule.roulette.clone();
-        candidate.order = schedule.order.clone();
-        candidate.pins = schedule.pins;
-        candidate.poison = schedule.poison;
-        candidate.pool_blocks = schedule.pool_blocks;
-        candidate.bank_blocks = schedule.bank_blocks.filter(|_| candidate.execution.is_wavefront());
-        candidate.submission_steps = schedule.submission_steps;
-        candidate.ring = schedule.ring;
-        candidate
-    };
-    schedule.candidates.iter().map(each).collect()
-}
-
 /// Builds a scheduler with candidates; for the rest (layout, plan, text) it is the first of them.
 pub(super) fn build(builder: SchedulerBuilder<'_>, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Scheduler> {
     let auto = Auto::new(&builder, (device, queue))?;
@@ -98,7 +81,7 @@ impl Auto {
             notes: Vec::new(),
         };
         let mut refusal = None;
-        for candidate in candidates_of(&builder.schedule) {
+        for candidate in builder.schedule.candidates_as_asked() {
             let printed = candidate.to_string();
             match builder.with_schedule(candidate).build(gpu.0, gpu.1) {
                 Ok(scheduler) => auto.candidates.push(scheduler),

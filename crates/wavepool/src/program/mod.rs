@@ -178,7 +178,8 @@ impl Program {
         Ok([("stages", linked.stages.text), ("tick", linked.tick), ("resolve", linked.resolve)])
     }
 
-    /// Generates and validates every kernel that `schedule` makes of this program, without a device; returns what is kept where.
+    /// Generates and validates every kernel that `schedule` makes of this program, without a device; returns what is kept where. Of a schedule
+    /// that chooses among candidates: for the first of them that can do what is asked.
     ///
     /// # Errors
     /// [`Error::Shader`] with file, line and caret, [`Error::Schedule`] when the policies do not go together.
@@ -193,6 +194,17 @@ impl Program {
     /// # Ok::<(), wavepool::Error>(())
     /// ```
     pub fn check(&self, source: &dyn WorkSource, schedule: &Schedule) -> Result<Layout> {
+        if !schedule.candidates.is_empty() {
+            // As when it runs: candidates that cannot do what is asked are left out, but one must be there.
+            let mut refusal = Error::Schedule("there is no candidate".into());
+            for candidate in schedule.candidates_as_asked() {
+                match self.check(source, &candidate) {
+                    Err(error @ Error::Schedule(_)) => refusal = error,
+                    outcome => return outcome,
+                }
+            }
+            return Err(refusal);
+        }
         let linked = link(self, source, schedule, &Instruments::default(), TICK_LANES, &[])?;
         linked.check_scheduler_kernels()?;
         Ok(linked.layout)

@@ -102,6 +102,9 @@ pub(crate) fn link(
 fn refuse_contradictions(schedule: &Schedule, roulette: Option<&dyn Roulette>) -> Result<()> {
     let refuse = |what: String| Err(Error::Schedule(what));
     let (order, regeneration) = (schedule.order.name(), schedule.regeneration.name());
+    if !schedule.candidates.is_empty() {
+        return refuse(format!("`{schedule}` has no kernels of its own, its candidates have: ask for one of them"));
+    }
     let is_measured = matches!(schedule.order.rule(), OrderRule::Measured(_));
     let shared = roulette.filter(|roulette| roulette.scope().is_shared());
     let by_block = roulette.filter(|roulette| matches!(roulette.scope(), RouletteScope::Block(_)));

@@ -18,9 +18,14 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let settings = arguments.render.settings()?;
+    if !settings.schedule.candidates.is_empty() {
+        let what = format!("--schedule {}: it chooses among several, of which one can be explained", settings.schedule);
+        return Err(Failure::Usage(what));
+    }
     let scene: Scene = arguments.render.load()?;
     let program = Renderer::program(&scene)?;
-    let layout = program.layout(settings.schedule.roulette.as_ref().map(|roulette| roulette.scope()));
+    let scope = settings.schedule.roulette.as_ref().map(|roulette| roulette.scope());
+    let layout = program.layout_at(scope, settings.schedule.grain());
     if let Some(folder) = &arguments.dump {
         let source = ImageTiles { width: settings.width, height: settings.height };
         let parts = program.wgsl(&source, &settings.schedule)?;
