@@ -28,7 +28,7 @@ pub struct Kernel {
 }
 
 /// How the kernels are scheduled: executions, orders and regeneration.
-const SCHEDULES: [&str; 21] = [
+const SCHEDULES: [&str; 22] = [
     "never",
     "never-full",
     "block",
@@ -37,6 +37,7 @@ const SCHEDULES: [&str; 21] = [
     "block,order=depth-max",
     "never,order=depth-mean",
     "block,order=depth-decayed",
+    "block,order=error",
     "block,local=all",
     "never-full,local=all",
     "per-lane",

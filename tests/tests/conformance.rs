@@ -21,6 +21,8 @@ mod identity;
 mod lanes;
 #[path = "conformance/memory.rs"]
 mod memory;
+#[path = "conformance/order.rs"]
+mod order;
 #[path = "conformance/pins.rs"]
 mod pins;
 #[path = "conformance/planted.rs"]

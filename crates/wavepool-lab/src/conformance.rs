@@ -13,7 +13,8 @@ use wavepool::{
     GpuContext, ImageTiles, Instruments, LinearRange, Program, Schedule, Scheduler,
     layout::BLOCK,
     policy::{OrderRule, Regeneration, Roulette, TileGrid, TileOrder, WorkSource},
-    replay::replay_in_banks,
+    profile::Lengths,
+    replay::{WalkLengths, replay_in_banks},
 };
 
 /// Declares a test of a policy: `conformance!(KIND NAME: POLICY)` with `order`, `regeneration` or `roulette` for `KIND`.
@@ -119,6 +120,22 @@ fn check_schedule(gpu: &GpuContext, make: &dyn Fn() -> Schedule) -> Result<(), S
     Ok(())
 }
 
+/// Lengths that are known, with keys of tiles that a run has kept.
+struct Told<'a> {
+    steps: &'a dyn WalkLengths,
+    keys: Option<Lengths>,
+}
+
+impl WalkLengths for Told<'_> {
+    fn of_tile(&self, pass_index: u32, tile: u32, lengths: &mut [u32; BLOCK as usize]) {
+        self.steps.of_tile(pass_index, tile, lengths);
+    }
+
+    fn key_after(&self, passes: u32, tile: u32) -> u32 {
+        self.keys.as_ref().map_or(0, |keys| keys.key_after(passes, tile))
+    }
+}
+
 fn compare(
     gpu: &GpuContext,
     program: &Program,
@@ -129,21 +146,29 @@ fn compare(
 ) -> Result<(), String> {
     let name = format!("{schedule}, {:?} blocks, {source:?}", schedule.pool_blocks);
     let wrong = |what: String| format!("{name}: {what}");
-    let run = |schedule: &Schedule| {
+    let run = |schedule: &Schedule, instruments: Instruments| {
         let builder = Scheduler::builder(program, source).schedule(schedule).instruments(instruments);
         let mut scheduler = builder.build_on(gpu).map_err(|error| wrong(error.to_string()))?;
         scheduler.run(PASSES).map_err(|error| wrong(error.to_string()))
     };
-    let (film, report) = run(&schedule)?;
-    let (plain, _) = run(&Schedule::never().with_roulette(schedule.roulette.clone()))?;
+    let (film, report) = run(&schedule, instruments)?;
+    let (plain, _) = run(&Schedule::never().with_roulette(schedule.roulette.clone()), instruments)?;
     if film.hash() != plain.hash() {
         return Err(wrong("the film is another one than under `never`".into()));
     }
-    let lengths = |pass_index: u32, tile: u32, lengths: &mut [u32; BLOCK as usize]| {
+    let steps = |pass_index: u32, tile: u32, lengths: &mut [u32; BLOCK as usize]| {
         for (index, length) in lengths.iter_mut().enumerate() {
             *length = source.pixel(tile, index as u32).map_or(0, |pixel| steps_of(pixel, pass_index));
         }
     };
+    // What results say of tiles is asked of another schedule with the same order.
+    let mut keys = None;
+    if let OrderRule::Estimated(_) = schedule.order.rule() {
+        let mut other = Schedule::never().with_roulette(schedule.roulette.clone()).with_pool_blocks(2);
+        other.order = schedule.order.clone();
+        keys = run(&other, Instruments { lengths: true, ..Instruments::default() })?.1.observed.lengths;
+    }
+    let lengths = Told { steps: &steps, keys };
     let blocks = [report.pool_blocks, report.pool_blocks.div_ceil(report.banks)];
     let expected = replay_in_banks(&schedule, &source, PASSES, blocks, report.ring, &lengths);
     let seen = report.observed.steps.as_ref().ok_or_else(|| wrong("the device wrote nothing down".into()))?;
@@ -216,12 +241,13 @@ pub fn check_roulette(roulette: &dyn Roulette) -> Result<(), String> {
 
 #[cfg(test)]
 mod tests {
-    use wavepool::policy::{BlockInPlace, DepthMean, LaneInPlace, Morton, PerLane, StreamCompaction, TileFormula};
+    use wavepool::policy::{BlockInPlace, DepthMean, LaneInPlace, Morton, PerLane, StreamCompaction, TileError, TileFormula};
 
     use super::*;
 
     conformance!(order morton_is_sound: Morton);
     conformance!(order sorted_tiles_are_sound: DepthMean);
+    conformance!(order tiles_by_error_are_sound: TileError);
     conformance!(regeneration the_paper_s_rule_is_sound: BlockInPlace::default());
     conformance!(regeneration lanes_in_place_are_sound: LaneInPlace::new(2));
     conformance!(regeneration packed_lanes_are_sound: StreamCompaction::default());

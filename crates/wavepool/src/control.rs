@@ -37,7 +37,7 @@ const BLOCK_SECTIONS: [&str; 10] = [
 pub(crate) const BLOCK_TILE: u32 = 0;
 pub(crate) const BLOCK_PASS: u32 = 1;
 pub(crate) const BLOCK_BIRTH: u32 = 2;
-/// Measured tile orders keep keys of so many bits, packed with the pass they stem from.
+/// Tile orders that sort keep keys of so many bits, packed with the pass they stem from.
 pub(crate) const KEY_BITS: u32 = 10;
 
 /// Where the arguments of each indirect launch lie, in words.
@@ -220,7 +220,7 @@ control_record! {
 }
 
 impl Control {
-    /// Words of the whole control buffer for a pool; a measured order keeps two orders of the tiles.
+    /// Words of the whole control buffer for a pool; where tiles are sorted, two orders of them are kept.
     pub(crate) fn words(pool_blocks: u32, ordered_tiles: u32) -> u64 {
         size_of::<Control>() as u64 / 4
             + u64::from(tables::BLOCKS)
@@ -257,6 +257,7 @@ pub(crate) fn declarations() -> String {
         ("WF_RECORD_PER_STEP", record::PER_STEP),
         ("WF_RECORD_PER_ASSIGNMENT", record::PER_ASSIGNMENT),
         ("WF_KEY_BITS", KEY_BITS),
+        ("WF_KEYS", 1 << KEY_BITS),
         ("WF_RESOLVE_ARGUMENTS", arguments::RESOLVE),
         ("WF_BANK_ARGUMENTS", arguments::BANKS),
         ("WF_ARGUMENTS_PER_BANK", arguments::PER_BANK),
@@ -302,6 +303,7 @@ pub(crate) fn declarations() -> String {
          fn wf_chance_counter(block: u32) -> u32 {{ return wf_live_counter(block) + 2u; }}\n\
          fn wf_estimate(tile: u32) -> u32 {{ return wf_live_counter(wf_control.pool_blocks) + tile; }}\n\
          fn wf_sort_key(tile: u32) -> u32 {{ return wf_estimate(wf_control.tiles + tile); }}\n\
+         fn wf_tile_memory(tile: u32) -> u32 {{ return wf_estimate(2u * (wf_control.tiles + tile)); }}\n\
          {sections}\
          fn wf_order_word(slot: u32) -> u32 {{ return wf_{}_word({}u * wf_control.pool_blocks) + slot * wf_control.tiles; }}\n",
         BLOCK_SECTIONS[0],
@@ -309,11 +311,11 @@ pub(crate) fn declarations() -> String {
     )
 }
 
-/// Words of the counters buffer for a pool; a measured order keeps an estimate and a key per tile, roulette by group and finer portions than
-/// tiles `extra_words` per block; queues by key have `queue_words` in all.
-pub(crate) fn counter_words(pool_blocks: u32, ordered_tiles: u32, extra_words: u32, queue_words: u32) -> u64 {
+/// Words of the counters buffer for a pool; orders that sort keep `order_words` in all, roulette by group and finer portions than tiles
+/// `extra_words` per block; queues by key have `queue_words` in all.
+pub(crate) fn counter_words(pool_blocks: u32, order_words: u64, extra_words: u32, queue_words: u32) -> u64 {
     let per_block = u64::from(counters::PER_BLOCK + extra_words);
-    u64::from(counters::BLOCKS) + per_block * u64::from(pool_blocks) + 2 * u64::from(ordered_tiles) + u64::from(queue_words)
+    u64::from(counters::BLOCKS) + per_block * u64::from(pool_blocks) + order_words + u64::from(queue_words)
 }
 
 const _: () = assert!(size_of::<Control>().is_multiple_of(16) && BLOCK == 256);

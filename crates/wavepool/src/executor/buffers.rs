@@ -56,7 +56,7 @@ impl Buffers {
         let buffer = |label: &str, words: u64| with_usage(label, words, wgpu::BufferUsages::STORAGE);
         let control = buffer("control", Control::words(sizes.pool_blocks, sizes.ordered_tiles))?;
         let counters =
-            buffer("counters", control::counter_words(sizes.pool_blocks, sizes.ordered_tiles, sizes.extra_words, sizes.queue_words))?;
+            buffer("counters", control::counter_words(sizes.pool_blocks, sizes.order_words, sizes.extra_words, sizes.queue_words))?;
         let words = u64::from(control::arguments::words(sizes.banks));
         let arguments = with_usage("arguments", words, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT)?;
         let results = buffer("results", sizes.result_words())?;
@@ -149,7 +149,7 @@ impl Buffers {
         words.resize(Control::block_table() as usize / 4, 0);
         words.resize(words.len() + self.sizes.pool_blocks as usize, control::NONE);
         queue.write_buffer(&self.control, 0, bytemuck::cast_slice(&words));
-        // The first pass of a measured order follows the numbers of the tiles.
+        // The first pass of an order that sorts follows the numbers of the tiles.
         let first: Vec<u32> = (0..self.sizes.ordered_tiles).collect();
         let place = Control::words(self.sizes.pool_blocks, 0) * 4;
         queue.write_buffer(&self.control, place, bytemuck::cast_slice(&first));

@@ -33,8 +33,10 @@ pub(super) struct Demand<'a> {
     /// Words of state per block.
     pub(super) stride: u32,
     pub(super) result: &'a [Leaf],
-    /// True when the order of the tiles is kept on the device.
-    pub(super) is_order_measured: bool,
+    /// Words of counters that the order of the tiles keeps per tile; 0 when nothing is sorted.
+    pub(super) order_words: u32,
+    /// True when this order comes from results, so that what these said is kept with the lengths.
+    pub(super) is_estimated: bool,
     /// In which portions work is handed out.
     pub(super) grain: Grain,
     /// Who shares a draw of roulette, if there is any.
@@ -52,8 +54,10 @@ pub(super) struct Sizes {
     /// Passes whose results are kept at once.
     pub(super) ring: u32,
     pub(super) tiles: u32,
-    /// Tiles that a measured order sorts; 0 for formulas.
+    /// Tiles that are sorted; 0 for formulas.
     pub(super) ordered_tiles: u32,
+    /// Words of counters for that.
+    pub(super) order_words: u64,
     /// Words of counters per block besides those that every block has.
     pub(super) extra_words: u32,
     /// Words of counters for queues by key.
@@ -67,7 +71,7 @@ pub(super) struct Sizes {
     pub(super) banks: u32,
     /// Words of state per block; 0 where the state is in registers.
     pub(super) stride: u32,
-    /// Words behind the results for the steps of every walk.
+    /// Words behind the results for the steps of every walk, then for the keys of tiles after every pass.
     pub(super) length_words: u64,
     /// Steps that the record has room for; 0 without.
     pub(super) record_steps: u32,
@@ -128,7 +132,8 @@ impl Sizes {
         let smaller = || "run fewer pixels at a time".to_owned();
         limit(format!("the film of {} tiles", demand.tiles), plane_bytes * u64::from(film_planes), smaller())?;
         limit(format!("the results of one pass over {} tiles", demand.tiles), plane_bytes * u64::from(result_planes), smaller())?;
-        let length_bytes = if demand.keeps_lengths { plane_bytes * u64::from(demand.passes) } else { 0 };
+        let key_bytes = if demand.is_estimated { tiles * 4 } else { 0 };
+        let length_bytes = if demand.keeps_lengths { (plane_bytes + key_bytes) * u64::from(demand.passes) } else { 0 };
         let what = format!("the lengths of {} passes over {} tiles", demand.passes, demand.tiles);
         limit(what, length_bytes + plane_bytes * u64::from(result_planes), "keep the lengths of fewer passes".into())?;
         let record_steps = if demand.records { RECORD_STEPS } else { 0 };
@@ -142,12 +147,13 @@ impl Sizes {
         };
         let allowed = demand.ring.unwrap_or(MAX_RING);
         let ring = wanted.min(demand.passes).min(allowed).min(fitting.min(u64::from(u32::MAX)) as u32).max(1);
-        let ordered_tiles = if demand.is_order_measured { demand.tiles } else { 0 };
+        let ordered_tiles = if demand.order_words > 0 { demand.tiles } else { 0 };
         Ok(Sizes {
             pool_blocks,
             ring,
             tiles: demand.tiles,
             ordered_tiles,
+            order_words: tiles * u64::from(demand.order_words),
             extra_words: if is_wavefront { extra_counters(demand.grain, demand.scope, ring) } else { 0 },
             queue_words: if demand.grain == Grain::KeyedLanes { banks * queues::PER_BANK } else { 0 },
             outstanding: if demand.grain.is_by_lane() { demand.pass_items } else { demand.tiles },
@@ -212,7 +218,8 @@ mod tests {
             passes: 8,
             stride: 20 * 256,
             result: &result,
-            is_order_measured: false,
+            order_words: 0,
+            is_estimated: false,
             grain: Grain::Tiles,
             scope: None,
             pass_items: 100 * 256,

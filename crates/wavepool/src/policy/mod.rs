@@ -13,6 +13,7 @@ mod lane_compaction;
 mod launch_scope;
 mod regeneration;
 mod roulette;
+mod tile_error;
 mod tile_order;
 mod work_source;
 
@@ -23,7 +24,8 @@ pub use lane_compaction::LaneCompaction;
 pub use launch_scope::{LAUNCHES, LaunchScope};
 pub use regeneration::{BlockInPlace, Grain, KeyedQueues, LaneInPlace, NeverRegenerate, Regeneration, StreamCompaction};
 pub use roulette::{PerBlock, PerGroup, PerLane, ROULETTES, Roulette, RouletteScope, Statistic};
+pub use tile_error::TileError;
 pub use tile_order::{
-    DepthDecayed, DepthMax, DepthMean, MAX_KEY, Morton, ORDERS, OrderRule, Scanline, TileFormula, TileMeasure, TileOrder,
+    DepthDecayed, DepthMax, DepthMean, MAX_KEY, Morton, ORDERS, OrderRule, Scanline, TileEstimate, TileFormula, TileMeasure, TileOrder,
 };
 pub use work_source::{ImageTiles, LinearRange, TileGrid, WorkSource};

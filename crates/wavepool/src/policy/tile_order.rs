@@ -1,14 +1,15 @@
 //! In which order tiles leave the queue.
 //!
-//! Key decision: an order is a rule of one of two kinds. A formula follows from pass and position alone. A measured order gives each tile
-//! a key from what the tile took in its latest pass; the tick sorts by these keys, largest first, ties by tile index.
+//! Key decision: an order is a rule of one of three kinds. A formula follows from pass and position alone. A measured order gives each tile
+//! a key from what the tile took in its latest pass, an estimated one from the results of its passes; the tick sorts by these keys, largest
+//! first, ties by tile index.
 //! With several passes of a tile in flight, what is remembered must not depend on which ends first: a tile is measured against what was
 //! known when it began, and the latest pass counts.
 //! Source: Frolov and Galaktionov, *Low overhead path regeneration*, 2016, the depth-sorted queue.
 
 use std::{fmt::Debug, sync::Arc};
 
-use super::{Choice, TileGrid};
+use super::{Choice, TileError, TileGrid};
 
 /// Largest key of a measured order; larger ones count as this.
 pub const MAX_KEY: u32 = (1 << crate::control::KEY_BITS) - 1;
@@ -29,15 +30,30 @@ pub const ORDERS: &[Choice<Arc<dyn TileOrder>>] = &[
     Choice { name: "depth-max", about: "the tile with the longest walk of its latest pass first", make: || Arc::new(DepthMax) },
     Choice { name: "depth-mean", about: "the tile with the longest mean walk of its latest pass first", make: || Arc::new(DepthMean) },
     Choice { name: "depth-decayed", about: "as depth-max, averaged over passes", make: || Arc::new(DepthDecayed) },
+    Choice { name: "error", about: "the tile whose results differ most between passes first", make: || Arc::new(TileError) },
 ];
 
-/// The two kinds of order.
+/// The three kinds of order.
 #[derive(Clone, Copy, Debug)]
 pub enum OrderRule<'a> {
     /// From pass and position.
     Formula(&'a dyn TileFormula),
     /// From what the tiles took before.
     Measured(&'a dyn TileMeasure),
+    /// From what came out of them.
+    Estimated(&'a dyn TileEstimate),
+}
+
+impl OrderRule<'_> {
+    /// Words that the device keeps of a tile among the counters: where tiles are sorted, an entry and a key to sort by; what an estimate
+    /// remembers, too.
+    pub(crate) fn words_per_tile(&self) -> u32 {
+        match self {
+            OrderRule::Formula(_) => 0,
+            OrderRule::Measured(_) => 2,
+            OrderRule::Estimated(_) => 4,
+        }
+    }
 }
 
 /// A permutation of the tiles, one per pass.
@@ -71,6 +87,17 @@ pub trait TileMeasure: Debug + Send + Sync {
 
     /// The same on the host.
     fn key(&self, remembered: u32, steps: u32, lane_steps: u32, items: u32) -> u32;
+}
+
+/// A key per tile from the results of its resolved passes; the largest goes first. Before a tile's first pass is resolved its key is 0.
+///
+/// Key decision: there is no host face. Replay has no results; it is told the keys that a run with this order has
+/// [kept](crate::Instruments::lengths), see [`WalkLengths::key_after`](crate::replay::WalkLengths::key_after).
+pub trait TileEstimate: Debug + Send + Sync {
+    /// WGSL that declares `fn wf_tile_estimate(memory: vec2u, sum: f32, passes: u32) -> vec3u`. It is called once per tile and pass, in the
+    /// order of passes, with what it said last time (zeros at first), the sum over the tile's items of all their `f32` leaves as added
+    /// to the film, and the number of passes with this one. It returns the new memory and the key.
+    fn wgsl(&self) -> String;
 }
 
 /// As the work source numbers them: rows of an image from the top.

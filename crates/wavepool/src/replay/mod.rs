@@ -1,7 +1,8 @@
 //! The schedule re-enacted on the CPU.
 //!
 //! Key decision: replay receives how long each walk is, and the policies' host faces, nothing that a device has seen or decided. It takes
-//! the tick's decisions again, block by block, so a scheduler that does anything else than its policies say disagrees with it. What is
+//! the tick's decisions again, block by block, so a scheduler that does anything else than its policies say disagrees with it. Where an
+//! order looks at results, replay is told what these said of each tile after each pass, which is the same under every schedule. What is
 //! given up: executions whose order the hardware decides (the megakernel's lanes) have no steps to compare.
 //!
 //! **Invariant:** for every device-decided wavefront schedule, [`Replay`] equals the device's counters exactly.
@@ -26,6 +27,12 @@ use crate::{
 pub trait WalkLengths {
     /// Writes the lengths of one tile.
     fn of_tile(&self, pass_index: u32, tile: u32, lengths: &mut [u32; BLOCK as usize]);
+
+    /// What an [order by results](crate::policy::OrderRule::Estimated) says of a tile after so many resolved passes. Replay computes no
+    /// results, so it has to be told; the answer is the same under every schedule with that order. 0 where nobody knows.
+    fn key_after(&self, _passes: u32, _tile: u32) -> u32 {
+        0
+    }
 }
 
 impl<F: Fn(u32, u32, &mut [u32; BLOCK as usize])> WalkLengths for F {
@@ -233,6 +240,8 @@ struct State<'a> {
 impl State<'_> {
     fn tick(&mut self, schedule: &Schedule, source: &dyn WorkSource, passes: u32, lengths: &dyn WalkLengths, report: &mut Replay) {
         let ring = self.outstanding.len() as u32;
+        // What is resolved after this tick says nothing in it.
+        let known = self.resolved;
         for slot in &mut self.pool {
             if let Some(block) = slot.take_if(|block| block.left.iter().all(|left| *left == 0)) {
                 self.queue.tile_ended(&block, self.step);
@@ -259,7 +268,7 @@ impl State<'_> {
         }
         let assigned = queued.min(u64::from(dead)) as u32;
         report.regenerations.push(assigned);
-        let tiles = self.queue.take(assigned, self.pool.iter().flatten(), self.step);
+        let tiles = self.queue.take(assigned, self.pool.iter().flatten(), self.step, &|tile| lengths.key_after(known, tile));
         // The lowest dead blocks receive tiles, first those of the fill.
         self.filled = self.filled.max(live + assigned);
         let free = self.pool.iter_mut().enumerate().filter(|(_, slot)| slot.is_none());

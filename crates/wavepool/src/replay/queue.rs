@@ -1,4 +1,4 @@
-//! The tile queue: which tile comes next, by formula or by what tiles took before.
+//! The tile queue: which tile comes next, by formula, by what tiles took before or by what results say of them.
 
 use super::Block;
 use crate::{
@@ -12,7 +12,7 @@ pub(super) struct Queue<'a> {
     tiles: u32,
     next_pass: u32,
     next_position: u32,
-    /// Of a measured order: the tiles of the pass being handed out.
+    /// Of an order that sorts: the tiles of the pass being handed out.
     current: Vec<u32>,
     /// Of a measured order: per tile, the pass it was measured in and its key.
     estimates: Vec<u32>,
@@ -36,7 +36,7 @@ impl<'a> Queue<'a> {
 
     fn key(&self, remembered: u32, block: &Block, step: u32) -> u32 {
         match self.rule {
-            OrderRule::Formula(_) => 0,
+            OrderRule::Formula(_) | OrderRule::Estimated(_) => 0,
             OrderRule::Measured(measure) => {
                 let lane_steps = if measure.reads_lane_steps() { block.lane_steps } else { 0 };
                 measure.key(remembered, step + 1 - block.birth, lane_steps, block.items).min(MAX_KEY)
@@ -52,16 +52,23 @@ impl<'a> Queue<'a> {
     }
 
     /// The next `count` tiles with their passes. The order of passes that begin here is fixed before any of their tiles is taken.
-    pub(super) fn take<'b>(&mut self, count: u32, running: impl Iterator<Item = &'b Block>, step: u32) -> Vec<(u32, u32)> {
+    /// `estimate` is what results have said of a tile.
+    pub(super) fn take<'b>(
+        &mut self,
+        count: u32,
+        running: impl Iterator<Item = &'b Block>,
+        step: u32,
+        estimate: &dyn Fn(u32) -> u32,
+    ) -> Vec<(u32, u32)> {
         let ends_a_pass = self.next_position + count >= self.tiles;
-        let next = if ends_a_pass { self.sorted(running, step) } else { Vec::new() };
+        let next = if ends_a_pass { self.sorted(running, step, estimate) } else { Vec::new() };
         let tiles = (self.next_position..self.next_position + count)
             .map(|place| {
                 let (pass_index, position) = (self.next_pass + place / self.tiles, place % self.tiles);
                 let tile = match self.rule {
                     OrderRule::Formula(formula) => formula.tile_at(pass_index, position, self.grid),
-                    OrderRule::Measured(_) if place < self.tiles => self.current[position as usize],
-                    OrderRule::Measured(_) => next[position as usize],
+                    _ if place < self.tiles => self.current[position as usize],
+                    _ => next[position as usize],
                 };
                 (pass_index, tile)
             })
@@ -76,8 +83,12 @@ impl<'a> Queue<'a> {
     }
 
     /// All tiles, largest key first.
-    fn sorted<'b>(&self, running: impl Iterator<Item = &'b Block>, step: u32) -> Vec<u32> {
-        let mut keys: Vec<u32> = (0..self.tiles).map(|tile| self.remembered(tile)).collect();
+    fn sorted<'b>(&self, running: impl Iterator<Item = &'b Block>, step: u32, estimate: &dyn Fn(u32) -> u32) -> Vec<u32> {
+        let key_of = |tile| match self.rule {
+            OrderRule::Estimated(_) => estimate(tile).min(MAX_KEY),
+            _ => self.remembered(tile),
+        };
+        let mut keys: Vec<u32> = (0..self.tiles).map(key_of).collect();
         for block in running {
             let key = &mut keys[block.tile as usize];
             *key = self.key(0, block, step).max(*key);

@@ -18,7 +18,7 @@ use super::{
 };
 use crate::{
     layout::BLOCK,
-    policy::{Execution, Grain, OrderRule, RouletteScope, Statistic},
+    policy::{Execution, Grain, RouletteScope, Statistic},
 };
 
 /// One word from four counters, apart from every stream of the program: pcg4d of Jarzynski and Olano, JCGT 9(3), 2020.
@@ -49,7 +49,7 @@ pub(super) fn draws(glue: &Glue, out: &mut String) {
                  return wf_inverse_survival(bitcast<f32>(word), draw);\n}}\n"
             );
             if glue.execution == Execution::Wavefront {
-                let ordered = if matches!(glue.order.rule(), OrderRule::Measured(_)) { "2u * wf_control.tiles" } else { "0u" };
+                let ordered = format!("{}u * wf_control.tiles", glue.order.rule().words_per_tile());
                 let _ = write!(
                     out,
                     "fn wf_group_chance(block: u32, lane: u32, age: u32) -> u32 {{\n    \

@@ -85,8 +85,10 @@ pub(crate) fn tick_module(glue: &Glue) -> (String, String) {
         OrderRule::Formula(formula) => format!("{}{}", formula.wgsl(), shader("scheduler::order_formula")),
         OrderRule::Measured(measure) => {
             let reads = measure.reads_lane_steps();
-            format!("const WF_READS_LANE_STEPS: bool = {reads};\n{}{}", measure.wgsl(), shader("scheduler::order_measured"))
+            let kernels = ["scheduler::order_measured", "scheduler::order_sort"].map(shader).concat();
+            format!("const WF_READS_LANE_STEPS: bool = {reads};\n{}{kernels}", measure.wgsl())
         }
+        OrderRule::Estimated(_) => ["scheduler::order_estimated", "scheduler::order_sort"].map(shader).concat(),
     };
     let packs = glue.grain().is_packed();
     let tick = format!(
@@ -112,14 +114,21 @@ pub(crate) fn tick_module(glue: &Glue) -> (String, String) {
             false => format!("const WF_TILES_PER_GROUP: u32 = {}u;\n{}", glue.execution.tiles_per_group(), shader("scheduler::advance")),
         },
     );
-    let mut leaves = String::new();
+    (tick, resolve_module(glue))
+}
+
+/// Resolve, with its bindings.
+fn resolve_module(glue: &Glue) -> String {
+    let shader = scheduler_module;
+    let (mut leaves, mut floats) = (String::new(), Vec::new());
     let mut film = 1;
     for (index, leaf) in glue.interface.result.iter().enumerate() {
         let result = format!("result + {}u * plane", index + 1);
         let place = format!("place + {film}u * plane");
         match leaf.scalar {
             Scalar::F32 => {
-                let _ = writeln!(leaves, "    wf_sum_f32({result}, {place}, plane, samples);");
+                let _ = writeln!(leaves, "    let leaf_{index} = wf_sum_f32({result}, {place}, plane, samples);");
+                floats.push(format!("leaf_{index}"));
                 film += 3;
             }
             _ => {
@@ -128,19 +137,29 @@ pub(crate) fn tick_module(glue: &Glue) -> (String, String) {
             }
         }
     }
-    let resolve = format!(
+    let looks = match glue.order.rule() {
+        OrderRule::Estimated(estimate) if glue.execution.is_wavefront() => {
+            let keeps = glue.instruments.lengths;
+            format!("const WF_KEEPS_KEYS: bool = {keeps};\n{}{}", estimate.wgsl(), shader("scheduler::resolve_estimates"))
+        }
+        _ => {
+            floats.clear();
+            shader("scheduler::resolve_only").into()
+        }
+    };
+    let sum = if floats.is_empty() { "0.0".into() } else { floats.join(" + ") };
+    format!(
         "{}const WF_RESULT_PLANES: u32 = {}u;\n\
          @group(0) @binding(0) var<storage, read> wf_control: WfControl;\n\
          @group(0) @binding(1) var<storage, read_write> wf_counters: array<atomic<u32>>;\n\
          @group(0) @binding(2) var<storage, read_write> wf_results: array<u32>;\n\
-         @group(0) @binding(3) var<storage, read_write> wf_film: array<u32>;\n{}{}\n\
-         fn wf_resolve_leaves(result: u32, place: u32, plane: u32, samples: u32) {{\n{leaves}}}\n",
+         @group(0) @binding(3) var<storage, read_write> wf_film: array<u32>;\n{}{looks}{}\n\
+         fn wf_resolve_leaves(result: u32, place: u32, plane: u32, samples: u32) -> f32 {{\n{leaves}    return {sum};\n}}\n",
         control::declarations(),
         glue.interface.result.len() + 1,
         glue.source.wgsl(),
         shader("scheduler::resolve"),
-    );
-    (tick, resolve)
+    )
 }
 
 /// The kernels around the user's functions, to be appended to the composed program.

@@ -257,10 +257,10 @@ pub(super) fn choose_queue(glue: &Glue, index: usize) -> String {
     }
 }
 
-/// The order of the tiles as a formula; empty for measured orders.
+/// The order of the tiles as a formula; empty for orders that sort.
 pub(super) fn formula(glue: &Glue) -> String {
     match glue.order.rule() {
         crate::policy::OrderRule::Formula(formula) => formula.wgsl(),
-        crate::policy::OrderRule::Measured(_) => String::new(),
+        _ => String::new(),
     }
 }

@@ -105,20 +105,21 @@ fn refuse_contradictions(schedule: &Schedule, roulette: Option<&dyn Roulette>) -
     if !schedule.candidates.is_empty() {
         return refuse(format!("`{schedule}` has no kernels of its own, its candidates have: ask for one of them"));
     }
-    let is_measured = matches!(schedule.order.rule(), OrderRule::Measured(_));
+    let is_formula = matches!(schedule.order.rule(), OrderRule::Formula(_));
     let shared = roulette.filter(|roulette| roulette.scope().is_shared());
     let by_block = roulette.filter(|roulette| matches!(roulette.scope(), RouletteScope::Block(_)));
     match (schedule.execution, schedule.grain()) {
-        (execution, _) if is_measured && !execution.is_wavefront() => {
-            refuse(format!("order `{order}` measures the steps of tiles; `{}` has none that could be measured", execution.name()))
-        }
+        (execution, _) if !is_formula && !execution.is_wavefront() => refuse(format!(
+            "order `{order}` sorts the tiles between two steps, by what was seen of them; `{}` has neither such steps nor a tick",
+            execution.name()
+        )),
         (Execution::MegakernelRegen, _) if shared.is_some() => refuse(format!(
             "roulette `{}` shares a draw among lanes that walk a tile together; those of `{}` go on to other items one by one",
             shared.map_or("", |roulette| roulette.name()),
             schedule.execution.name()
         )),
-        (Execution::Wavefront, grain) if grain.is_by_lane() && is_measured => refuse(format!(
-            "order `{order}` measures the steps of tiles; under `{regeneration}` the items of a tile go to lanes anywhere in the pool"
+        (Execution::Wavefront, grain) if grain.is_by_lane() && !is_formula => refuse(format!(
+            "order `{order}` sorts tiles that are handed out whole; under `{regeneration}` the items of a tile go to lanes anywhere in the pool"
         )),
         (Execution::Wavefront, grain) if grain.is_by_lane() && by_block.is_some() => refuse(format!(
             "roulette `{}` draws for a tile that fills a block; under `{regeneration}` the lanes of a block walk items of several tiles: \

@@ -8,6 +8,7 @@ use crate::{
     control::{Control, counter_64, counters},
     executor::{auto::FilmBase, readback, sizes::Sizes},
     plan::Size,
+    policy::OrderRule,
     profile::Lengths,
 };
 
@@ -45,7 +46,12 @@ impl Run<'_> {
             let (from, count) = (sizes.length_place(), u64::from(report.passes) * sizes.places());
             let (device, queue, results) = (&scheduler.device, &scheduler.queue, &buffers.results);
             let words = readback::read_through(&buffers.reader, device, queue, results, from, count, "reading the lengths")?;
-            report.observed.lengths = Some(Lengths::new(head.tiles, words));
+            let mut keys = Vec::new();
+            if matches!(scheduler.schedule.order.rule(), OrderRule::Estimated(_)) {
+                let (from, count) = (from + u64::from(head.passes) * sizes.places(), u64::from(report.passes) * u64::from(head.tiles));
+                keys = readback::read_through(&buffers.reader, device, queue, results, from, count, "reading the keys of tiles")?;
+            }
+            report.observed.lengths = Some(Lengths::new(head.tiles, words, keys));
         }
         scheduler.buffers = Some(buffers);
         Ok(report)
