@@ -244,6 +244,9 @@ fn a_megakernel_with_an_order_that_sorts_is_refused() {
     for row in product(&factors).filter(|row| row[1] >= 2 && row[2] >= 2).step_by(997) {
         let program = wavepool_tests::programs::collatz();
         let message = program.check(&IMAGE, &schedule_of(&row)).expect_err("refused").to_string();
-        assert!(["megakernel", "persistent"].iter().any(|name| message.contains(name)) && message.contains(ORDERS[row[2]].name), "{message}");
+        assert!(
+            ["megakernel", "persistent"].iter().any(|name| message.contains(name)) && message.contains(ORDERS[row[2]].name),
+            "{message}"
+        );
     }
 }

@@ -22,10 +22,9 @@ pub use chooser::{Chooser, Choosing};
 pub use execution::Execution;
 pub use lane_compaction::LaneCompaction;
 pub use launch_scope::{LAUNCHES, LaunchScope};
-pub use regeneration::{BlockInPlace, Grain, KeyedQueues, LaneInPlace, NeverRegenerate, Regeneration, StreamCompaction};
-pub use roulette::{PerBlock, PerGroup, PerLane, ROULETTES, Roulette, RouletteScope, Statistic};
+// Whole, so that a new policy is told in the file that lists it and nowhere else.
+pub use regeneration::*;
+pub use roulette::*;
 pub use tile_error::TileError;
-pub use tile_order::{
-    DepthDecayed, DepthMax, DepthMean, MAX_KEY, Morton, ORDERS, OrderRule, Scanline, TileEstimate, TileFormula, TileMeasure, TileOrder,
-};
+pub use tile_order::*;
 pub use work_source::{ImageTiles, LinearRange, TileGrid, WorkSource};

@@ -141,36 +141,47 @@ impl TileOrder for Morton {
 
 impl TileFormula for Morton {
     fn wgsl(&self) -> String {
-        include_str!("morton.wgsl").into()
+        let quarter = "fn wf_quarter(turn: u32, quarter: u32) -> vec3u { return vec3u(quarter & 1u, quarter >> 1u, 0u); }\n";
+        format!("{CURVE}{quarter}")
     }
 
     fn tile_at(&self, _pass_index: u32, position: u32, grid: TileGrid) -> u32 {
-        let (columns, rows) = (u64::from(grid.columns()), u64::from(grid.rows()));
-        // Tiles of the square at a corner, in all rows but a shorter last one, and in that.
-        let short = u64::from(grid.tiles()) % columns;
-        let whole_rows = u64::from(grid.tiles()) / columns;
-        let in_square = |[x, y]: [u64; 2], side: u64| {
-            let wide = columns.saturating_sub(x).min(side) * whole_rows.saturating_sub(y).min(side);
-            let rest = if (y..y + side).contains(&whole_rows) { short.saturating_sub(x).min(side) } else { 0 };
-            wide + rest
-        };
-        let mut side = columns.max(rows).next_power_of_two();
-        let mut corner = [0; 2];
-        let mut left = u64::from(position);
-        while side > 1 {
-            side /= 2;
-            for quarter in 0..4 {
-                let at = [corner[0] + quarter % 2 * side, corner[1] + quarter / 2 * side];
-                let tiles = in_square(at, side);
-                if left < tiles {
-                    corner = at;
-                    break;
-                }
-                left -= tiles;
-            }
-        }
-        (corner[1] * columns + corner[0]) as u32
+        tile_along(position, grid, |_, quarter| [quarter & 1, quarter >> 1, 0])
     }
+}
+
+/// The device face of [`tile_along`]; asks for `fn wf_quarter(turn: u32, quarter: u32) -> vec3u`.
+const CURVE: &str = include_str!("curve.wgsl");
+
+/// The tile at a place along a curve that cuts squares in four: `quarter` of a turn and a number says where the quarter of that number
+/// lies (x, y) and how the curve is turned within it.
+fn tile_along(position: u32, grid: TileGrid, quarter: impl Fn(u32, u32) -> [u32; 3]) -> u32 {
+    let (columns, rows) = (u64::from(grid.columns()), u64::from(grid.rows()));
+    // Tiles of the square at a corner, in all rows but a shorter last one, and in that.
+    let short = u64::from(grid.tiles()) % columns;
+    let whole_rows = u64::from(grid.tiles()) / columns;
+    let in_square = |[x, y]: [u64; 2], side: u64| {
+        let wide = columns.saturating_sub(x).min(side) * whole_rows.saturating_sub(y).min(side);
+        let rest = if (y..y + side).contains(&whole_rows) { short.saturating_sub(x).min(side) } else { 0 };
+        wide + rest
+    };
+    let mut side = columns.max(rows).next_power_of_two();
+    let (mut corner, mut turn) = ([0; 2], 0);
+    let mut left = u64::from(position);
+    while side > 1 {
+        side /= 2;
+        for number in 0..4 {
+            let [x, y, turned] = quarter(turn, number);
+            let at = [corner[0] + u64::from(x) * side, corner[1] + u64::from(y) * side];
+            let tiles = in_square(at, side);
+            if left < tiles {
+                (corner, turn) = (at, turned);
+                break;
+            }
+            left -= tiles;
+        }
+    }
+    (corner[1] * columns + corner[0]) as u32
 }
 
 /// Tiles with the longest walk first: long tiles start first and leave last, short ones fill the holes.

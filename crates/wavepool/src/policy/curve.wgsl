@@ -1,5 +1,6 @@
-// Device face of Morton: the place of a tile along the Z-shaped curve over the grid of tiles. A square as large as a power of two is cut
-// in four, again and again; a quarter that the grid only touches has as many places on the curve as it has tiles.
+// Device face of the curves over the grid of tiles. A square as large as a power of two is cut in four, again and again; a quarter that the
+// grid only touches has as many places on the curve as it has tiles. `wf_quarter` of a turn and a number says where the quarter of that
+// number lies (x, y) and how the curve is turned within it.
 
 fn wf_tiles_in_square(corner: vec2u, side: u32, columns: u32) -> u32 {
     let rows = wf_control.tiles / columns;
@@ -19,14 +20,17 @@ fn wf_tile_at(pass_index: u32, position: u32) -> u32 {
         side *= 2u;
     }
     var corner = vec2u(0u);
+    var turn = 0u;
     var left = position;
     while (side > 1u) {
         side /= 2u;
         for (var quarter = 0u; quarter < 4u; quarter++) {
-            let at = corner + vec2u(quarter & 1u, quarter >> 1u) * side;
+            let place = wf_quarter(turn, quarter);
+            let at = corner + place.xy * side;
             let tiles = wf_tiles_in_square(at, side, columns);
             if (left < tiles) {
                 corner = at;
+                turn = place.z;
                 break;
             }
             left -= tiles;
