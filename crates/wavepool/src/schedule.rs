@@ -402,7 +402,7 @@ mod tests {
             ("compaction,every=0", "every=0: allowed is 1 or more"),
             ("block,roulette=warp", "roulette=warp: allowed is none, lane, group:32, block-max, block-mean"),
             ("block,roulette=group:48", "roulette=group:48: allowed is none, lane, group:32, block-max, block-mean"),
-            ("block,order=hilbert", "order=hilbert: allowed is scanline, morton, depth-max, depth-mean, depth-decayed"),
+            ("block,order=spiral", "order=spiral: allowed is scanline, morton, "),
             ("block,ring=0", "ring=0: allowed is 1 to 64"),
             ("never,ring=65", "ring=65: allowed is 1 to 64"),
             ("block,launch=all", "launch=all: allowed is live, full"),
