@@ -241,11 +241,12 @@ pub fn check_roulette(roulette: &dyn Roulette) -> Result<(), String> {
 
 #[cfg(test)]
 mod tests {
-    use wavepool::policy::{BlockInPlace, DepthMean, LaneInPlace, Morton, PerLane, StreamCompaction, TileError, TileFormula};
+    use wavepool::policy::{BlockInPlace, DepthMean, Hilbert, LaneInPlace, Morton, PerLane, StreamCompaction, TileError, TileFormula};
 
     use super::*;
 
     conformance!(order morton_is_sound: Morton);
+    conformance!(order a_curve_without_jumps_is_sound: Hilbert);
     conformance!(order sorted_tiles_are_sound: DepthMean);
     conformance!(order tiles_by_error_are_sound: TileError);
     conformance!(regeneration the_paper_s_rule_is_sound: BlockInPlace::default());

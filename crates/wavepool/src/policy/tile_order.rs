@@ -27,6 +27,11 @@ pub trait TileOrder: Debug + Send + Sync {
 pub const ORDERS: &[Choice<Arc<dyn TileOrder>>] = &[
     Choice { name: "scanline", about: "as the work source numbers the tiles", make: || Arc::new(Scanline) },
     Choice { name: "morton", about: "along a Z-shaped curve, so that tiles in flight lie close together", make: || Arc::new(Morton) },
+    Choice {
+        name: "hilbert",
+        about: "along a curve without jumps, so that tiles in flight lie closer together still",
+        make: || Arc::new(Hilbert),
+    },
     Choice { name: "depth-max", about: "the tile with the longest walk of its latest pass first", make: || Arc::new(DepthMax) },
     Choice { name: "depth-mean", about: "the tile with the longest mean walk of its latest pass first", make: || Arc::new(DepthMean) },
     Choice { name: "depth-decayed", about: "as depth-max, averaged over passes", make: || Arc::new(DepthDecayed) },
@@ -147,6 +152,44 @@ impl TileFormula for Morton {
 
     fn tile_at(&self, _pass_index: u32, position: u32, grid: TileGrid) -> u32 {
         tile_along(position, grid, |_, quarter| [quarter & 1, quarter >> 1, 0])
+    }
+}
+
+/// Along a curve without jumps: on a square grid of a power of two every tile touches the one before. Without a grid: scanline.
+/// Source: Hilbert, *Ueber die stetige Abbildung einer Linie auf ein Flaechenstueck*, 1891.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Hilbert;
+
+impl TileOrder for Hilbert {
+    fn name(&self) -> &str {
+        "hilbert"
+    }
+
+    fn rule(&self) -> OrderRule<'_> {
+        OrderRule::Formula(self)
+    }
+}
+
+/// A turn exchanges the coordinates (bit 0) and turns them by half a circle (bit 1): the first quarter exchanges, the last one does both.
+impl TileFormula for Hilbert {
+    fn wgsl(&self) -> String {
+        let quarter = "fn wf_quarter(turn: u32, quarter: u32) -> vec3u {
+    var at = vec2u(quarter >> 1u, ((quarter + 1u) >> 1u) & 1u);
+    at = select(at, at.yx, (turn & 1u) > 0u) ^ vec2u(turn >> 1u);
+    let turned = turn ^ select(select(0u, 3u, quarter == 3u), 1u, quarter == 0u);
+    return vec3u(at, turned);
+}
+";
+        format!("{CURVE}{quarter}")
+    }
+
+    fn tile_at(&self, _pass_index: u32, position: u32, grid: TileGrid) -> u32 {
+        tile_along(position, grid, |turn, quarter| {
+            let (x, y) = (quarter >> 1, (quarter + 1) >> 1 & 1);
+            let (x, y) = if turn & 1 > 0 { (y, x) } else { (x, y) };
+            let turned = [1, 0, 0, 3][quarter as usize];
+            [x ^ turn >> 1, y ^ turn >> 1, turn ^ turned]
+        })
     }
 }
 
@@ -296,6 +339,24 @@ mod tests {
         // The curve of a large grid ends in its last tile.
         let large = TileGrid::new(u32::MAX, 1 << 16);
         assert_eq!(Morton.tile_at(0, u32::MAX - 1, large), u32::MAX - 1);
+    }
+
+    /// Kills: a quarter in the wrong place or turned the wrong way, which leaves a jump; a tile left out where the grid is no square.
+    #[test]
+    fn hilbert_never_jumps() {
+        for side in [2, 4, 16, 64] {
+            let grid = TileGrid::new(side * side, side);
+            let at = |position| Hilbert.tile_at(0, position, grid);
+            let steps = (1..side * side).map(|position| [at(position - 1), at(position)].map(|tile| [tile % side, tile / side]));
+            let jumps = steps.filter(|[[x, y], [to_x, to_y]]| x.abs_diff(*to_x) + y.abs_diff(*to_y) != 1);
+            assert_eq!(jumps.count(), 0, "side {side}");
+        }
+        for (tiles, columns) in [(11, 3), (119, 17), (64, 0), (90, 40)] {
+            let grid = TileGrid::new(tiles, columns);
+            let mut seen: Vec<u32> = (0..tiles).map(|position| Hilbert.tile_at(0, position, grid)).collect();
+            seen.sort_unstable();
+            assert!(seen.into_iter().eq(0..tiles), "{grid:?}");
+        }
     }
 
     /// Kills: a first measurement averaged with nothing; a mean that never reaches what it is the mean of; a product that overflows.
