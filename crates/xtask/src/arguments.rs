@@ -12,6 +12,8 @@ usage: cargo xtask COMMAND
                           schedules (all of them, counted, timed, swept for their best settings and taken apart),
                           auto (how well it chooses)
         [--out FOLDER]    of schedules: write tables (CSV, Markdown) and charts (SVG) there
+  peers [SCENE ...]       compare pictures and speed with Mitsuba 3 (installed below target/tools)
+        [--quick]         fewer runs
   book                    build the tutorial into book/book
   setup [--yes]           make sure that a Vulkan, Metal or Direct3D adapter exists
 
@@ -29,6 +31,8 @@ pub(crate) enum Invocation {
     Demo { agreed: bool },
     /// Run every check of the repository.
     Test { agreed: bool, full: bool },
+    /// Compare with another renderer.
+    Peers { scenes: Vec<String>, quick: bool },
     /// Build the tutorial.
     Book,
     /// Measure something on this device.
@@ -51,6 +55,7 @@ pub(crate) fn parse(words: &[String]) -> Result<Invocation, Failure> {
         "test" => &["--yes", "--full"],
         "book" => &[],
         "bench" => return bench(options),
+        "peers" => return peers(options),
         "help" | "--help" | "-h" => return Ok(Invocation::Usage),
         other => return Err(Failure::Usage(format!("there is no command `{other}`"))),
     };
@@ -65,6 +70,15 @@ pub(crate) fn parse(words: &[String]) -> Result<Invocation, Failure> {
         "test" => Invocation::Test { agreed, full: has("--full") },
         _ => Invocation::Book,
     })
+}
+
+/// The words after `peers`.
+fn peers(words: &[String]) -> Result<Invocation, Failure> {
+    let (options, scenes): (Vec<&String>, Vec<&String>) = words.iter().partition(|word| word.starts_with('-'));
+    if let Some(stranger) = options.iter().find(|option| *option != &"--quick") {
+        return Err(Failure::Usage(format!("`peers` knows no option `{stranger}`")));
+    }
+    Ok(Invocation::Peers { scenes: scenes.into_iter().cloned().collect(), quick: !options.is_empty() })
 }
 
 /// The words after `bench`.
@@ -109,6 +123,9 @@ mod tests {
         assert_eq!(parse_line("test --yes --full"), Ok(Invocation::Test { agreed: true, full: true }));
         assert_eq!(parse_line("book"), Ok(Invocation::Book));
         assert_eq!(parse_line("bench core --quick"), Ok(Invocation::Bench { what: "core".into(), quick: true, out: None }));
+        assert_eq!(parse_line("peers"), Ok(Invocation::Peers { scenes: Vec::new(), quick: false }));
+        let one = Ok(Invocation::Peers { scenes: vec!["row".into()], quick: true });
+        assert_eq!(parse_line("peers row --quick"), one);
         let schedules = |quick| Ok(Invocation::Bench { what: "schedules".into(), quick, out: Some("figures".into()) });
         assert_eq!(parse_line("bench schedules --out figures"), schedules(false));
         assert_eq!(parse_line("bench schedules --out figures --quick"), schedules(true));
@@ -120,7 +137,7 @@ mod tests {
     fn strangers_are_usage_errors() {
         let of_bench =
             ["bench", "bench cores", "bench core --fast", "bench core --out x", "bench schedules --out", "bench schedules --out --quick"];
-        for line in ["", "tset", "test --ful", "book --yes"].into_iter().chain(of_bench) {
+        for line in ["", "tset", "test --ful", "book --yes", "peers --fast"].into_iter().chain(of_bench) {
             assert!(matches!(parse_line(line), Err(Failure::Usage(_))), "{line:?} was accepted");
         }
     }

@@ -18,6 +18,7 @@ mod demo;
 mod driver;
 mod json;
 mod os_release;
+mod peers;
 mod process;
 mod second_compiler;
 mod setup;
@@ -55,6 +56,7 @@ fn carry_out(invocation: Invocation) -> Result<(), Failure> {
         Invocation::Demo { agreed } => demo::run(&root, agreed),
         Invocation::Test { agreed, full } => checks::run(&root, agreed, full),
         Invocation::Book => book::build(&root),
+        Invocation::Peers { scenes, quick } => peers::run(&root, &scenes, quick),
         Invocation::Bench { what, quick, out } => {
             // Cargo starts it in the root of the repository; the folder is meant from where we are.
             let out = out.map(|folder| std::env::current_dir().map_or_else(|_| folder.clone().into(), |here| here.join(&folder)));

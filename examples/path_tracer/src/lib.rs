@@ -6,6 +6,7 @@
 //! **Invariant:** nothing here knows how stages become kernels.
 
 pub mod error;
+pub mod export;
 pub mod gpu_scene;
 pub mod output;
 mod renderer;

@@ -2,6 +2,7 @@
 
 mod adapters;
 mod explain;
+mod export;
 mod progress;
 mod render;
 mod scenes;
@@ -30,6 +31,8 @@ enum Command {
     Adapters(adapters::Arguments),
     /// Show what a scene needs: stages, the table of leaves and stages, the plan of a step.
     Explain(explain::Arguments),
+    /// Write a scene for another renderer.
+    Export(export::Arguments),
     /// Draw what schedules do with a scene: blocks across, steps down, every tile in its colour.
     Schedule(schedule::Arguments),
     /// List the schedules and their keys.
@@ -81,6 +84,7 @@ pub(crate) fn run() -> Result<(), Failure> {
         Command::Scenes => scenes::run(),
         Command::Adapters(arguments) => adapters::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Schedule(arguments) => schedule::run(&arguments),
         Command::Schedules => schedules::run(),
     }

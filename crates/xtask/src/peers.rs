@@ -1,0 +1,91 @@
+//! Another renderer's opinion: pictures and speed beside Mitsuba 3.
+//!
+//! Key decision: the peer comes from the Python package index in exact versions into a folder below `target`, and nothing of it is needed to
+//! build or test the project. Its LLVM backend loads the system's LLVM library, of which it needs version 17 or later: older ones cannot
+//! compile what it generates for wide vectors.
+
+use std::{
+    env, fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use crate::process::{self, Failure, cargo};
+
+/// What is installed.
+const PACKAGES: &str = "mitsuba==3.9.1 numpy==2.3.5";
+/// Where the variable of Dr.Jit, Mitsuba's compiler, points when somebody has set it.
+const LLVM: &str = "DRJIT_LIBLLVM_PATH";
+/// Oldest LLVM that works.
+const OLDEST: u32 = 17;
+const LIBRARIES: [&str; 4] = ["/usr/lib/x86_64-linux-gnu", "/usr/lib/aarch64-linux-gnu", "/usr/lib64", "/usr/lib"];
+
+/// Compares the scenes, all when none is named.
+///
+/// # Errors
+/// When Python or LLVM is missing, an installation fails, or a renderer does.
+pub(crate) fn run(root: &Path, scenes: &[String], quick: bool) -> Result<(), Failure> {
+    let folder = root.join("target/tools/peers");
+    let python = install(&folder)?;
+    process::run(&mut cargo(root, &["build", "--quiet", "--package", "path_tracer"]))?;
+    let mut command = Command::new(python);
+    command.current_dir(root).env("PYTHONDONTWRITEBYTECODE", "1").arg("crates/xtask/peers/peers.py");
+    command.arg(root.join("target/debug/path-tracer")).arg(folder.join("scenes"));
+    if let Some(assets) = env::var_os("WAVEPOOL_ASSETS") {
+        command.arg("--assets").arg(assets);
+    }
+    command.args(scenes).args(quick.then_some("--quick"));
+    if env::var_os(LLVM).is_none() {
+        let names: Vec<PathBuf> =
+            LIBRARIES.iter().filter_map(|folder| fs::read_dir(folder).ok()).flatten().flatten().map(|entry| entry.path()).collect();
+        let newest = newest_llvm(&names).ok_or_else(|| {
+            Failure::step(format!("no LLVM library of version {OLDEST} or later: install one (Debian: libllvm19) or name it in {LLVM}"))
+        })?;
+        command.env(LLVM, newest);
+    }
+    process::run(&mut command)
+}
+
+/// The Python of a virtual environment that has the packages.
+fn install(folder: &Path) -> Result<PathBuf, Failure> {
+    let failed = |what: &str, why: std::io::Error| Failure::step(format!("{what}: {why}"));
+    let python = folder.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
+    let mark = folder.join("installed");
+    if fs::read_to_string(&mark).is_ok_and(|installed| installed == PACKAGES) {
+        return Ok(python);
+    }
+    fs::create_dir_all(folder).map_err(|why| failed("target/tools/peers", why))?;
+    process::run(Command::new(if cfg!(windows) { "python" } else { "python3" }).args(["-m", "venv"]).arg(folder))?;
+    process::run(Command::new(&python).args(["-m", "pip", "install", "--quiet"]).args(PACKAGES.split(' ')))?;
+    fs::write(&mark, PACKAGES).map_err(|why| failed("installed", why))?;
+    Ok(python)
+}
+
+/// The newest LLVM library that is new enough.
+fn newest_llvm(names: &[PathBuf]) -> Option<&PathBuf> {
+    let version = |path: &&PathBuf| llvm_version(path.file_name()?.to_str()?);
+    let usable = names.iter().filter(|path| version(path).is_some_and(|version| version >= OLDEST));
+    usable.max_by_key(|path| version(path))
+}
+
+/// `libLLVM.so.19.1` and `libLLVM-19.so.1` are both version 19.
+fn llvm_version(name: &str) -> Option<u32> {
+    let rest = name.strip_prefix("libLLVM")?;
+    let number = rest.strip_prefix(".so.").or_else(|| rest.strip_prefix('-').filter(|rest| rest.contains(".so")))?;
+    number.split('.').next()?.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Kills: a version read from another library, an old one preferred, a number compared as text.
+    #[test]
+    fn the_newest_usable_llvm_is_taken() {
+        let paths = |names: &[&str]| names.iter().map(PathBuf::from).collect::<Vec<_>>();
+        let names = paths(&["/usr/lib/libLLVM-15.so.1", "/usr/lib/libLLVM.so.19.1", "/usr/lib/libLLVM-17.so", "/usr/lib/libLLVMSupport.a"]);
+        assert_eq!(newest_llvm(&names), Some(&names[1]));
+        assert_eq!(newest_llvm(&paths(&["/usr/lib/libLLVM-9.so.1", "/usr/lib/libLLVM-16.so.1", "/usr/lib/libLTO.so.19"])), None);
+        assert_eq!((llvm_version("libLLVM-20.so"), llvm_version("libLLVM.so"), llvm_version("libLLVM-C.so")), (Some(20), None, None));
+    }
+}
