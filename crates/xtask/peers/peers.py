@@ -12,10 +12,7 @@ import argparse
 import base64
 import json
 import os
-import re
 import statistics
-import subprocess
-import sys
 import time
 
 import mitsuba as mi
@@ -24,16 +21,9 @@ import numpy as np
 mi.set_variant("llvm_ad_rgb")
 import drjit as dr  # noqa: E402
 import wavepool_bsdf  # noqa: E402, F401
+from path_tracer_call import call, render  # noqa: E402
+from statistics_of_tiles import judge, table_head  # noqa: E402
 
-TILE = 16
-
-
-def call(arguments):
-    """Runs the path tracer; what it prints is its account."""
-    done = subprocess.run([str(a) for a in arguments], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        sys.exit(f"{' '.join(map(str, arguments))}\n{done.stderr}")
-    return done.stdout
 
 
 def sphere(center, radius, rings=48, spokes=96):
@@ -175,48 +165,6 @@ def write_matte_box(path):
     write_gltf(path, meshes, materials, ((0.278, 0.273, -0.8), (0.278, 0.273, 0.0), 39.3))
 
 
-def welch(ours, theirs):
-    """Largest |t| over tiles and channels, and the threshold for all of them together (two-sided 1 %, few degrees of freedom)."""
-
-    def tiles(runs):
-        runs = np.asarray(runs, np.float64)
-        n, height, width, channels = runs.shape
-        return runs.reshape(n, height // TILE, TILE, width // TILE, TILE, channels).mean(axis=(2, 4)).reshape(n, -1)
-
-    a, b = tiles(ours), tiles(theirs)
-    va, vb = a.var(axis=0, ddof=1) / len(a), b.var(axis=0, ddof=1) / len(b)
-    spread = np.sqrt(va + vb)
-    judged = spread > 0
-    t = np.abs(a.mean(axis=0) - b.mean(axis=0))[judged] / spread[judged]
-    freedom = ((va + vb) ** 2 / (va**2 / (len(a) - 1) + vb**2 / (len(b) - 1) + 1e-300))[judged]
-    p = np.array([two_sided(value, nu) for value, nu in zip(t, freedom)])
-    return t.max(), p.min() * len(p), len(p)
-
-
-def two_sided(t, freedom):
-    """P(|T| > t) of Student's distribution, by Simpson's rule on the substituted tail."""
-    x = freedom / (freedom + t * t)
-    # The regularised incomplete beta function I_x(freedom / 2, 1 / 2), substituted u = x s^2.
-    from math import exp, lgamma, log
-
-    a, b = freedom / 2, 0.5
-    s = np.linspace(0, 1, 2001)
-    with np.errstate(divide="ignore"):
-        values = np.exp((2 * a - 1) * np.log(np.maximum(s, 1e-300))) * (1 - x * s * s) ** (b - 1)
-    weights = np.ones(2001)
-    weights[1:-1:2], weights[2:-1:2] = 4, 2
-    integral = 2 * x**a * (values * weights).sum() / 6000
-    return min(1.0, integral * exp(lgamma(a + b) - lgamma(a) - lgamma(b)))
-
-
-def mean_ratio(ours, theirs):
-    """Theirs over ours and its standard error."""
-    a, b = [np.asarray(runs, np.float64).mean(axis=(1, 2, 3)) for runs in (ours, theirs)]
-    ratio = b.mean() / a.mean()
-    relative = np.sqrt(a.var(ddof=1) / len(a) / a.mean() ** 2 + b.var(ddof=1) / len(b) / b.mean() ** 2)
-    return ratio, ratio * relative
-
-
 class Peers:
     def __init__(self, arguments):
         self.path_tracer, self.folder, self.quick = arguments.path_tracer, arguments.folder, arguments.quick
@@ -239,12 +187,7 @@ class Peers:
         return mi.load_file(xml)
 
     def ours(self, scene, options, samples, seed, schedule):
-        out = os.path.join(self.folder, "ours.exr")
-        account = call(
-            [self.path_tracer, "render", scene, *options, "--samples", samples, "--seed", seed, "--schedule", schedule, "--out", out]
-        )
-        picture = np.array(mi.Bitmap(out).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False))
-        return picture, float(re.search(r"([\d.]+) Msamples/s", account)[1]) * 1e6
+        return render(self.path_tracer, scene, options, samples, seed, schedule)
 
     def agree(self, name, scene, options, samples, has_roulette):
         roulette = "lane" if has_roulette else "none"
@@ -253,17 +196,7 @@ class Peers:
         for seed in range(self.runs):
             ours.append(self.ours(scene, options, samples, seed, f"megakernel,roulette={roulette}")[0])
             theirs.append(np.array(mi.render(loaded, spp=samples, seed=seed)))
-        ratio, error = mean_ratio(ours, theirs)
-        t, p, count = welch(ours, theirs)
-        # The limit is on the means; an interval that reaches beyond it has not shown that they agree.
-        holds = abs(ratio - 1) + 2 * error <= 0.005 and p > 0.01
-        sign = "agree" if holds else "DIFFER" if p <= 0.01 or abs(ratio - 1) - 2 * error > 0.005 else "not resolved"
-        print(
-            f"| {name} | {roulette} | {self.runs} x {samples} | {ratio:.5f} +- {2 * error:.5f} | {t:.2f} | {min(p, 1):.3f} of {count} | {sign} |",
-            flush=True,
-        )
-        mi.Bitmap(np.mean(ours, axis=0).astype(np.float32)).write(os.path.join(self.folder, f"{name}_ours.exr"))
-        mi.Bitmap(np.mean(theirs, axis=0).astype(np.float32)).write(os.path.join(self.folder, f"{name}_theirs.exr"))
+        judge(name, roulette, ours, theirs, samples, self.folder)
 
     def speed(self, scene, size, depth, samples, schedules):
         """Samples per second in turns; ours without compilation, from the difference of a long and a short run."""
@@ -329,11 +262,10 @@ def main():
         }
     chosen = {name: scene for name, scene in scenes.items() if not arguments.scenes or name in arguments.scenes}
     print(f"mitsuba {mi.__version__}, {mi.variant()}\n")
-    print("| scene | roulette | runs x samples | mean, theirs over ours | largest t | p, corrected | verdict |")
-    print("| --- | --- | --- | --- | ---: | --- | --- |")
+    print(table_head())
     for name, (scene, options, samples) in chosen.items():
         if not (scene == name or os.path.exists(scene)):
-            print(f"| {name} | | | | | | skipped: no file |")
+            print(f"| {name} | | | skipped: no file | | | | |")
             continue
         for has_roulette in (True, False):
             peers.agree(name, scene, options, samples, has_roulette)

@@ -12,7 +12,7 @@ usage: cargo xtask COMMAND
                           schedules (all of them, counted, timed, swept for their best settings and taken apart),
                           auto (how well it chooses)
         [--out FOLDER]    of schedules: write tables (CSV, Markdown) and charts (SVG) there
-  peers [SCENE ...]       compare pictures and speed with Mitsuba 3 (installed below target/tools)
+  peers [SCENE ...]       compare pictures and speed with Mitsuba 3, and a scene from Blender with Cycles (installed below target/tools)
         [--quick]         fewer runs
   book                    build the tutorial into book/book
   setup [--yes]           make sure that a Vulkan, Metal or Direct3D adapter exists

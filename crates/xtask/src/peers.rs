@@ -1,4 +1,4 @@
-//! Another renderer's opinion: pictures and speed beside Mitsuba 3.
+//! Other renderers' opinions: pictures and speed beside Mitsuba 3, and the way from Blender beside Cycles.
 //!
 //! Key decision: the peer comes from the Python package index in exact versions into a folder below `target`, and nothing of it is needed to
 //! build or test the project. Its LLVM backend loads the system's LLVM library, of which it needs version 17 or later: older ones cannot
@@ -12,8 +12,12 @@ use std::{
 
 use crate::process::{self, Failure, cargo};
 
-/// What is installed.
-const PACKAGES: &str = "mitsuba==3.9.1 numpy==2.3.5";
+/// What is installed; Blender wants this numpy.
+const PACKAGES: &str = "mitsuba==3.9.1 numpy==1.26.4 OpenEXR==3.5.3";
+/// Blender as a module, which exists for one version of Python; without it that part is skipped.
+const BLENDER: &str = "bpy==5.0.1";
+/// The name of its part among the scenes.
+const FROM_BLENDER: &str = "from-blender";
 /// Where the variable of Dr.Jit, Mitsuba's compiler, points when somebody has set it.
 const LLVM: &str = "DRJIT_LIBLLVM_PATH";
 /// Oldest LLVM that works.
@@ -28,13 +32,27 @@ pub(crate) fn run(root: &Path, scenes: &[String], quick: bool) -> Result<(), Fai
     let folder = root.join("target/tools/peers");
     let python = install(&folder)?;
     process::run(&mut cargo(root, &["build", "--quiet", "--package", "path_tracer"]))?;
-    let mut command = Command::new(python);
-    command.current_dir(root).env("PYTHONDONTWRITEBYTECODE", "1").arg("crates/xtask/peers/peers.py");
-    command.arg(root.join("target/debug/path-tracer")).arg(folder.join("scenes"));
+    let script = |name: &str| {
+        let mut command = Command::new(&python);
+        command.current_dir(root).env("PYTHONDONTWRITEBYTECODE", "1").arg(format!("crates/xtask/peers/{name}"));
+        command.arg(root.join("target/debug/path-tracer")).arg(folder.join("scenes")).args(quick.then_some("--quick"));
+        command
+    };
+    let (of_blender, scenes): (Vec<&String>, Vec<&String>) = scenes.iter().partition(|scene| *scene == FROM_BLENDER);
+    if scenes.is_empty() || !of_blender.is_empty() {
+        match process::succeeds(Command::new(&python).args(["-c", "import bpy"])) {
+            true => process::run(&mut script("blender.py"))?,
+            false => println!("skipped: {FROM_BLENDER}: there is no {BLENDER} for this Python"),
+        }
+        if !of_blender.is_empty() && scenes.is_empty() {
+            return Ok(());
+        }
+    }
+    let mut command = script("peers.py");
     if let Some(assets) = env::var_os("WAVEPOOL_ASSETS") {
         command.arg("--assets").arg(assets);
     }
-    command.args(scenes).args(quick.then_some("--quick"));
+    command.args(scenes);
     if env::var_os(LLVM).is_none() {
         let names: Vec<PathBuf> =
             LIBRARIES.iter().filter_map(|folder| fs::read_dir(folder).ok()).flatten().flatten().map(|entry| entry.path()).collect();
@@ -57,6 +75,9 @@ fn install(folder: &Path) -> Result<PathBuf, Failure> {
     fs::create_dir_all(folder).map_err(|why| failed("target/tools/peers", why))?;
     process::run(Command::new(if cfg!(windows) { "python" } else { "python3" }).args(["-m", "venv"]).arg(folder))?;
     process::run(Command::new(&python).args(["-m", "pip", "install", "--quiet"]).args(PACKAGES.split(' ')))?;
+    if let Err(why) = process::run(Command::new(&python).args(["-m", "pip", "install", "--quiet", BLENDER])) {
+        println!("without Blender: {why:?}");
+    }
     fs::write(&mark, PACKAGES).map_err(|why| failed("installed", why))?;
     Ok(python)
 }

@@ -16,7 +16,10 @@ use std::{
 
 use glam::{Mat4, Vec3, Vec4};
 
-use super::{ply, textures, textures::Take};
+use super::{
+    ply::{self, Side},
+    textures::{self, Take},
+};
 use crate::{
     Settings,
     error::Error,
@@ -150,20 +153,25 @@ impl File<'_> {
         if has_colors {
             self.note(format!("material `{}`: colours of vertices are left out", material.name));
         }
-        let file = format!("mesh_{index}.ply");
-        let mut bytes = Vec::new();
-        let path = self.whole.join(&file);
-        ply::write(&mut bytes, scene, &triangles, uv_set, has_colors).map_err(|error| Error::write(&path, error))?;
-        fs::write(&path, bytes).map_err(|error| Error::write(&path, error))?;
-
         let bsdf = self.bsdf(index, material)?;
         let emits = material.emissive.max_element() > 0.0;
         let emitter = if emits { self.emission(index, material)? } else { String::new() };
-        let name = self.folder.join(&file).display().to_string();
-        self.line(&format!("<shape type=\"ply\"><string name=\"filename\" value=\"{name}\"/>{bsdf}{emitter}</shape>"));
+        self.shape(&format!("mesh_{index}.ply"), &triangles, uv_set, Side::Front, &format!("{bsdf}{emitter}"))?;
         if emits && material.double_sided {
-            self.note(format!("material `{}`: light of its back is left out", material.name));
+            let size = scene.bounds().map_or(1.0, |bounds| (bounds.max - bounds.min).max_element());
+            self.note(format!("material `{}`: its back shines from a copy, a ten thousandth of the scene behind it", material.name));
+            self.shape(&format!("back_{index}.ply"), &triangles, uv_set, Side::Back(1e-4 * size), &format!("{bsdf}{emitter}"))?;
         }
+        Ok(())
+    }
+
+    fn shape(&mut self, file: &str, triangles: &[Triangle], uv_set: usize, side: Side, what: &str) -> Result<(), Error> {
+        let path = self.whole.join(file);
+        let mut bytes = Vec::new();
+        let written = ply::write(&mut bytes, self.scene, triangles, uv_set, side).and_then(|()| fs::write(&path, bytes));
+        written.map_err(|error| Error::write(&path, error))?;
+        let name = self.folder.join(file).display().to_string();
+        self.line(&format!("<shape type=\"ply\"><string name=\"filename\" value=\"{name}\"/>{what}</shape>"));
         Ok(())
     }
 
@@ -369,6 +377,8 @@ mod tests {
         assert_eq!(faces, scene::builtin("cornell-box").unwrap().triangles.len());
         let (xml, notes, _folder) = exported(|_| {}, Materials::Model);
         assert!(xml.contains("type=\"wavepool\"") && notes.is_empty(), "{notes:?}");
+        let (xml, notes, folder) = exported(|scene| scene.materials[3].double_sided = true, Materials::Model);
+        assert!(xml.matches("type=\"area\"").count() == 2 && folder.path().join("box_parts/back_3.ply").exists() && notes.len() == 1);
     }
 
     // Kills: Lambert written as something else, glass that reflects only, a thin sheet that refracts, a share of glass that is lost.
