@@ -7,6 +7,7 @@
 
 pub mod error;
 pub mod gpu_scene;
+pub mod layers;
 pub mod output;
 mod renderer;
 pub mod scene;
