@@ -23,7 +23,16 @@ impl Run<'_> {
         Ok((film, self.account(elapsed)?))
     }
 
-    /// The same without looking at the film, which stays on the device for another run to add to.
+    /// The film of what is resolved so far; the run goes on as if nobody had looked.
+    ///
+    /// # Errors
+    /// As [`finish`](Self::finish).
+    pub fn film(&mut self) -> Result<Film> {
+        self.receive_all()?;
+        self.read_film()
+    }
+
+    /// The same as [`finish`](Self::finish) without looking at the film, which stays on the device for another run to add to.
     pub(in crate::executor) fn close(mut self) -> Result<(Report, FilmBase)> {
         self.receive_all()?;
         let elapsed = self.begun.elapsed();
