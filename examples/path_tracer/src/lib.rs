@@ -5,6 +5,7 @@
 //!
 //! **Invariant:** nothing here knows how stages become kernels.
 
+mod crop;
 pub mod error;
 pub mod gpu_scene;
 pub mod layers;
@@ -12,6 +13,7 @@ pub mod output;
 mod renderer;
 pub mod scene;
 
+pub use crop::Crop;
 pub use error::Error;
-pub use renderer::{Renderer, Rendering, Settings};
+pub use renderer::{Observer, Renderer, Rendering, Settings, Wish};
 pub use wavepool;
