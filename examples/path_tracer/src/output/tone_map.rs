@@ -123,7 +123,7 @@ mod tests {
         assert_eq!(grey(ToneMap::None, 0.18), 0.18);
     }
 
-    // Kills: primaries swapped or mixed by a transposed matrix; saturated light that stays saturated however bright it is.
+    // Kills: primaries swapped; a curve per channel and nothing else, under which saturated light stays saturated however bright it is.
     #[test]
     fn bright_colours_go_towards_white_and_keep_their_hue() {
         for map in [ToneMap::Agx, ToneMap::Aces] {
