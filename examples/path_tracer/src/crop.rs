@@ -75,6 +75,8 @@ impl WorkSource for CropTiles {
 
 #[cfg(test)]
 mod tests {
+    use wavepool::{Schedule, replay::replay};
+
     use super::*;
 
     // Kills: pixels numbered within the part, a pixel twice or not at all, a part that reaches beyond the picture.
@@ -91,5 +93,18 @@ mod tests {
             assert!(expected.last().is_some_and(|last| *last < source.pixels()));
         }
         assert_eq!(CropTiles::new(Crop { x: 9, ..crop }, [9, 9]).tiles(), 0);
+    }
+
+    // Kills: passes that wait for the pixels outside of the part, in the re-enactment of schedules that hand out tiles or lanes.
+    #[test]
+    fn passes_end_with_the_items_of_the_part() {
+        let source = CropTiles::new(Crop { x: 5, y: 7, width: 33, height: 17 }, [64, 64]);
+        let lengths = |_: u32, tile: u32, lengths: &mut [u32; 256]| {
+            (0..256).for_each(|index| lengths[index as usize] = if source.pixel(tile, index).is_some() { 3 } else { 0 });
+        };
+        for name in ["block", "per-lane", "compaction,every=2"] {
+            let schedule: Schedule = name.parse().unwrap();
+            assert_eq!(replay(&schedule, &source, 3, 2, 2, &lengths).resolved_after.len(), 3, "{name}");
+        }
     }
 }

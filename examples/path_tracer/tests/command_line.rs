@@ -423,6 +423,10 @@ fn a_part_shows_what_the_whole_shows_there() {
     }
     let said = json(&rendered(&["--crop", "7,3,30x20", "--out", &folder.path().join("a.exr").display().to_string(), "--json"]));
     assert_eq!((said["width"].as_u64(), said["height"].as_u64()), (Some(30), Some(20)));
+    assert_eq!(said["warnings"].as_array().map(Vec::len), Some(0));
+    let out = folder.path().join("b.png").display().to_string();
+    let said = json(&rendered(&["--crop", "7,3,30x20", "--schedule", "block,roulette=block-max", "--out", &out, "--json"]));
+    assert!(said["warnings"].to_string().contains("--crop"), "{said}");
 }
 
 /// Kills: a scene's content miscounted, an object that is no JSON, warnings that are not told.

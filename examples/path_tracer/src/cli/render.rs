@@ -143,6 +143,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     scene.reframe(settings.width as f32 / settings.height as f32);
     settings.camera = arguments.view.camera(&scene)?.or_else(|| scene.cameras.first().cloned());
     voice.notes(&scene.warnings);
+    if settings.crop.is_some() && settings.schedule.roulette.as_ref().is_some_and(|roulette| roulette.scope().is_shared()) {
+        voice
+            .note("--crop: lanes share draws of this roulette with others than in the whole picture; pixels are as good, but not the same");
+    }
     let watch = arguments.watch.begin(&scene.name)?;
     if watch.is_on() && !settings.schedule.candidates.is_empty() {
         let what = "nobody can look on (--preview, --tev) while schedules take turns";
