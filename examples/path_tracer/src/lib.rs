@@ -5,13 +5,16 @@
 //!
 //! **Invariant:** nothing here knows how stages become kernels.
 
+mod crop;
 pub mod error;
 pub mod export;
 pub mod gpu_scene;
+pub mod layers;
 pub mod output;
 mod renderer;
 pub mod scene;
 
+pub use crop::Crop;
 pub use error::Error;
-pub use renderer::{Renderer, Rendering, Settings};
+pub use renderer::{Observer, Renderer, Rendering, Settings, Wish};
 pub use wavepool;

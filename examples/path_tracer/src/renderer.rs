@@ -11,7 +11,8 @@ use wavepool::{
 };
 
 use crate::{
-    Error,
+    Crop, Error,
+    crop::CropTiles,
     gpu_scene::{GpuScene, LightStrategy, PackOptions},
     scene::{Camera, Scene, framing::frame},
 };
@@ -37,6 +38,8 @@ pub struct Settings {
     pub light_strategy: LightStrategy,
     /// The camera; the scene's first one when `None`.
     pub camera: Option<Camera>,
+    /// The part of the picture to render; all of it when `None`. The film has all pixels all the same, those outside without samples.
+    pub crop: Option<Crop>,
     /// What to observe; the image does not depend on it.
     pub instruments: Instruments,
 }
@@ -53,6 +56,7 @@ impl Default for Settings {
             schedule: Schedule::block(),
             light_strategy: LightStrategy::Mis,
             camera: None,
+            crop: None,
             instruments: Instruments::default(),
         }
     }
@@ -89,6 +93,26 @@ impl Rendering {
     }
 }
 
+/// Whoever looks on while a picture is made.
+pub trait Observer {
+    /// What should happen next; asked between submissions.
+    fn wish(&mut self, progress: &Progress) -> Wish;
+
+    /// What there is, after [`Wish::Show`]: complete samples, without a report.
+    fn show(&mut self, so_far: &Rendering);
+}
+
+/// What an [`Observer`] wants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wish {
+    /// Nothing.
+    GoOn,
+    /// To see what there is. A schedule that chooses among several has nothing to show before the end.
+    Show,
+    /// No more samples.
+    Stop,
+}
+
 impl Renderer {
     /// Packs the scene, uploads it and compiles the kernels.
     ///
@@ -100,12 +124,12 @@ impl Renderer {
         let packed = pack(scene, settings, binding_limit)?;
         let program = program_of(&packed)?;
         let resources = upload(device, &packed)?;
-        let source = ImageTiles { width: settings.width, height: settings.height };
-        let mut scheduler = Scheduler::builder(&program, source)
-            .schedule(&settings.schedule)
-            .resources(&resources)
-            .instruments(settings.instruments)
-            .build_on(gpu)?;
+        let (width, height) = (settings.width, settings.height);
+        let builder = match settings.crop {
+            None => Scheduler::builder(&program, ImageTiles { width, height }),
+            Some(crop) => Scheduler::builder(&program, CropTiles::new(crop, [width, height])),
+        };
+        let mut scheduler = builder.schedule(&settings.schedule).resources(&resources).instruments(settings.instruments).build_on(gpu)?;
         scheduler.set_seed(settings.seed);
         Ok(Renderer { scheduler, settings: settings.clone(), warnings: packed.facts.warnings })
     }
@@ -152,6 +176,33 @@ impl Renderer {
     /// Those of [`Scheduler::run_with`].
     pub fn render(&mut self, observe: impl FnMut(&Progress) -> ControlFlow<()>) -> Result<Rendering, Error> {
         let (film, report) = self.scheduler.run_with(self.settings.first_sample, self.settings.samples, observe)?;
+        Ok(Rendering { film, report })
+    }
+
+    /// Renders all samples before somebody's eyes; the film does not depend on how often they look.
+    ///
+    /// # Errors
+    /// Those of [`Scheduler::run_with`].
+    pub fn render_observed(&mut self, observer: &mut dyn Observer) -> Result<Rendering, Error> {
+        if !self.settings.schedule.candidates.is_empty() {
+            return self.render(|progress| match observer.wish(progress) {
+                Wish::Stop => ControlFlow::Break(()),
+                Wish::GoOn | Wish::Show => ControlFlow::Continue(()),
+            });
+        }
+        let mut run = self.scheduler.begin(self.settings.first_sample, self.settings.samples)?;
+        loop {
+            let mut wish = Wish::GoOn;
+            run.drive(|progress| {
+                wish = observer.wish(progress);
+                if wish == Wish::GoOn { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+            })?;
+            if wish != Wish::Show || run.is_done() {
+                break;
+            }
+            observer.show(&Rendering { film: run.film()?, report: Report::default() });
+        }
+        let (film, report) = run.finish()?;
         Ok(Rendering { film, report })
     }
 }

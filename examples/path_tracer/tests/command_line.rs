@@ -48,6 +48,22 @@ fn wrong_usage_is_exit_code_2() {
     refuses(&["render", "cornell-box", "--schedule", "block,threshold=99"], 2, &["threshold=99"]);
     refuses(&["render", "cornell-box", "--samples", "0"], 2, &["--samples 0"]);
     refuses(&["render", "cornell-box", "--pool-blocks", "0"], 2, &["--pool-blocks 0"]);
+    // Option, value, what is allowed: for every kind of value.
+    for (option, value, allowed) in [
+        ("--samples", "many", "whole number"),
+        ("--depth", "-1", "from 0 to 4294967295"),
+        ("--exposure", "inf", "finite"),
+        ("--bits", "12", "allowed are 8, 16"),
+        ("--tone-map", "filmic", "allowed are none, agx, aces"),
+        ("--fov", "180", "0.01 to 179"),
+        ("--look-from", "1,2", "X,Y,Z"),
+        ("--env-intensity", "-1", "0 or more"),
+        ("--env-rotation", "east", "finite"),
+        ("--every", "10", "10s"),
+    ] {
+        refuses(&["render", "cornell-box", option, value], 2, &[&format!("{option} {value}: "), allowed]);
+    }
+    refuses(&["completions", "cmd"], 2, &["<SHELL> cmd", "bash", "zsh", "fish"]);
     assert_eq!(path_tracer(&["render"]).status.code(), Some(2));
     assert_eq!(path_tracer(&["paint"]).status.code(), Some(2));
 }
@@ -66,7 +82,7 @@ fn an_existing_output_survives_a_failure() {
 
     let nowhere = folder.path().join("no-folder").join("a.png").display().to_string();
     refuses(&["render", "cornell-box", "--out", &nowhere], 1, &["a.png", "cannot write"]);
-    refuses(&["render", "cornell-box", "--out", "picture.gif"], 1, &["picture.gif", ".png or .exr"]);
+    refuses(&["render", "cornell-box", "--out", "picture.gif"], 1, &["picture.gif", ".png, .exr, .pfm or .npy"]);
     assert_eq!(fs::read_dir(folder.path()).expect("listed").count(), 2, "no file of ours stays behind");
 }
 
@@ -106,8 +122,9 @@ fn a_scene_is_explained_without_a_device() {
     let packed = path_tracer(&["explain", "cornell-box", "--schedule", "compaction"]);
     let packed = String::from_utf8_lossy(&packed.stdout).into_owned();
     assert!(packed.contains("3 of them say which item a lane walks"), "{packed}");
+    refuses(&["explain", "cornell-box", "--json"], 2, &["--json", "info SCENE"]);
     refuses(&["explain", "cornell-box", "--schedule", "auto"], 2, &["--schedule auto", "one can be explained"]);
-    for command in ["render", "explain", "scenes", "adapters", "schedule", "schedules"] {
+    for command in ["render", "explain", "scenes", "adapters", "schedule", "schedules", "info", "compare", "completions", "man"] {
         assert!(path_tracer(&[command, "--help"]).status.success(), "{command} --help");
     }
 }
@@ -239,4 +256,242 @@ fn schedules_are_drawn_from_the_run() {
         assert_eq!(runs.len(), 2, "{stdout}");
         runs.iter().for_each(|run| assert!(drawing.contains(&format!(">{run}, ")), "{name}: {run}"));
     }
+}
+
+/// False, with a word, where there is no adapter.
+fn has_adapter() -> bool {
+    if String::from_utf8_lossy(&path_tracer(&["adapters", "--json"]).stdout).trim() != "[]" {
+        return true;
+    }
+    assert!(std::env::var_os("WAVEPOOL_NO_SKIP").is_none(), "no adapter");
+    println!("skipped: no adapter");
+    false
+}
+
+/// A small render that succeeds; what it printed to stdout.
+fn rendered(arguments: &[&str]) -> String {
+    let mut all = vec!["render", "cornell-box", "--size", "40x24"];
+    if !arguments.contains(&"--samples") {
+        all.extend(["--samples", "2"]);
+    }
+    all.extend(arguments);
+    let output = path_tracer(&all);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn json(text: &str) -> serde_json::Value {
+    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
+}
+
+fn hash_of(stdout: &str) -> String {
+    stdout.lines().find_map(|line| line.strip_prefix("image-hash: ")).expect("a hash").to_owned()
+}
+
+/// Kills: lines beside the JSON, a quiet command that talks, a format whose pixels are others than those of its neighbour.
+#[test]
+fn formats_agree_and_json_is_alone() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let said = json(&rendered(&["--out", &path("a.exr"), "--json"]));
+    assert_eq!((said["width"].as_u64(), said["height"].as_u64(), said["samples"].as_u64()), (Some(40), Some(24), Some(2)));
+    assert_eq!((said["file"].as_str(), said["complete"].as_bool()), (Some(path("a.exr").as_str()), Some(true)));
+    assert!(said["warnings"].is_array() && said["seconds"].is_number());
+    assert_eq!(rendered(&["--out", &path("a.pfm"), "--quiet"]), "");
+    assert_eq!(Some(hash_of(&rendered(&["--out", &path("a.npy")])).as_str()), said["hash"].as_str());
+    rendered(&["--out", &path("half.exr"), "--half"]);
+    rendered(&["--out", &path("deep.png"), "--bits", "16"]);
+    rendered(&["--out", &path("agx.png"), "--tone-map", "agx"]);
+    let relmse = |name: &str| {
+        let output = path_tracer(&["compare", &path(name), &path("a.exr"), "--json"]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        json(&String::from_utf8_lossy(&output.stdout))["relmse"].as_f64().expect("a number")
+    };
+    assert_eq!((relmse("a.pfm"), relmse("a.npy")), (0.0, 0.0));
+    // Light above white is clipped in a PNG.
+    assert!(relmse("half.exr") > 0.0 && relmse("half.exr") < 1e-6 && relmse("deep.png") < 1.0 && relmse("agx.png") > 0.01);
+}
+
+/// Kills: a check that passes whatever it finds, exit code 1 without a check, sizes that do not agree compared all the same.
+#[test]
+fn comparing_is_a_check_when_asked() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let pfm = |name: &str, header: &str, values: &[f32]| {
+        let bytes: Vec<u8> = header.bytes().chain(values.iter().flat_map(|value| value.to_le_bytes())).collect();
+        let path = folder.path().join(name);
+        fs::write(&path, bytes).expect("written");
+        path.display().to_string()
+    };
+    let one = pfm("one.pfm", "PF\n1 1\n-1\n", &[1.0; 3]);
+    let two = pfm("two.pfm", "PF\n1 1\n-1\n", &[1.5; 3]);
+    let odd = pfm("odd.pfm", "PF\n1 1\n-1\n", &[1.0, f32::NAN, 1.0]);
+    let wide = pfm("wide.pfm", "PF\n2 1\n-1\n", &[1.0; 6]);
+    let code = |arguments: &[&str]| path_tracer(&[&["compare"], arguments].concat()).status.code();
+    assert_eq!(code(&[&two, &one]), Some(0));
+    assert_eq!(code(&[&two, &one, "--max-relmse", "0.2476"]), Some(0));
+    assert_eq!(code(&[&two, &one, "--max-relmse", "0.2475"]), Some(1));
+    assert_eq!(code(&[&one, &one, "--max-relmse", "0"]), Some(0));
+    assert_eq!((code(&[&odd, &one]), code(&[&odd, &one, "--max-relmse", "1"])), (Some(0), Some(1)));
+    refuses(&["compare", &wide, &one], 1, &["wide.pfm", "2x1", "1x1"]);
+    refuses(&["compare", "nothing.exr", &one], 1, &["nothing.exr"]);
+    refuses(&["compare", &one, "picture.gif"], 1, &["picture.gif", ".exr, .hdr, .png, .pfm or .npy"]);
+    let said = String::from_utf8_lossy(&path_tracer(&["compare", &two, &one]).stdout).into_owned();
+    for part in ["MSE:             2.5", "relMSE:          2.475248e-1", "+50.0000 %", "from 0,0", "0 values of the picture"] {
+        assert!(said.contains(part), "`{part}` is not in: {said}");
+    }
+}
+
+/// Kills: a camera option without effect, a field of view across the width, a message that does not list the cameras.
+#[test]
+fn a_camera_can_be_chosen() {
+    refuses(&["render", "cornell-box", "--camera", "nobody"], 2, &["--camera nobody", "the scene has '"]);
+    refuses(&["render", "cornell-box", "--look-from", "0,1,5", "--look-at", "0,1,5"], 2, &["--look-at 0,1,5"]);
+    assert_eq!(path_tracer(&["render", "cornell-box", "--look-from", "0,1,5"]).status.code(), Some(2));
+    if !has_adapter() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("a.png").display().to_string();
+    let hash = |arguments: &[&str]| hash_of(&rendered(&[arguments, &["--out", &out]].concat()));
+    let cameras = json(&String::from_utf8_lossy(&path_tracer(&["info", "cornell-box", "--json"]).stdout))["cameras"].clone();
+    let (name, degrees) = (cameras[0]["name"].as_str().expect("a name"), cameras[0]["vertical_fov_degrees"].as_f64().expect("an angle"));
+    let plain = hash(&[]);
+    assert_eq!(hash(&["--camera", name]), plain);
+    assert_ne!(hash(&["--fov", &format!("{}", degrees * 0.5)]), plain);
+    assert_ne!(hash(&["--look-from", "-0.2,1,3", "--look-at", "0,1,0"]), plain);
+}
+
+/// Kills: a preview that is not complete, one that changes the picture, a viewer that is sent nothing.
+#[test]
+fn looking_on_changes_nothing() {
+    refuses(&["render", "cornell-box", "--preview", "a.gif"], 1, &["a.gif"]);
+    let nobody = ["render", "cornell-box", "--tev", "127.0.0.1:1"];
+    refuses(&nobody, 1, &["tev at 127.0.0.1:1"]);
+    if !has_adapter() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = listener.local_addr().expect("an address").to_string();
+    let viewer = std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        std::io::Read::read_to_end(&mut listener.accept().expect("a caller").0, &mut bytes).expect("bytes");
+        bytes
+    });
+    let samples = ["--samples", "64"];
+    let watched = ["--preview", &path("p.pfm"), "--tev", &address, "--every", "0.02s"];
+    let hash = hash_of(&rendered(&[&samples[..], &watched, &["--out", &path("a.exr")]].concat()));
+    assert_eq!(hash_of(&rendered(&[&samples[..], &["--out", &path("b.exr")]].concat())), hash);
+    let output = path_tracer(&["compare", &path("p.pfm"), &path("b.exr"), "--json"]);
+    let relmse = json(&String::from_utf8_lossy(&output.stdout))["relmse"].as_f64().expect("a number");
+    assert!(relmse > 0.0 && relmse < 1.0, "{relmse}");
+    // One packet that creates the picture, one for the preview and one for the finished picture at least.
+    let bytes = viewer.join().expect("received");
+    let packet = 4 + 2 + "Cornell box\0".len() + 4 + 6 + 16 + 48 + 40 * 24 * 12;
+    assert!(bytes.len() > 2 * packet, "{} bytes", bytes.len());
+    refuses(&["render", "cornell-box", "--schedule", "auto", "--preview", &path("q.png")], 2, &["--schedule auto", "--preview"]);
+}
+
+/// Kills: random numbers by the place in the part, a camera of the part's size, rows of another width, work outside of the part; under
+/// schedules that hand out tiles, lanes or whole walks.
+#[test]
+fn a_part_shows_what_the_whole_shows_there() {
+    for part in ["30,0,11x4", "0,24,1x1", "4294967295,0,1x1"] {
+        refuses(&["render", "cornell-box", "--size", "40x24", "--crop", part], 2, &[&format!("--crop {part}"), "40x24"]);
+    }
+    if !has_adapter() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let values = |arguments: &[&str]| {
+        let out = folder.path().join("a.npy");
+        rendered(&[arguments, &["--out", &out.display().to_string()]].concat());
+        let bytes = fs::read(&out).expect("an array");
+        bytes[128..].chunks_exact(12).map(<[u8]>::to_vec).collect::<Vec<_>>()
+    };
+    let whole = values(&[]);
+    let part: Vec<Vec<u8>> = (3..23).flat_map(|y| whole[y * 40 + 7..y * 40 + 7 + 30].to_vec()).collect();
+    for schedule in ["block,order=depth-max", "compaction,every=2", "megakernel-regen", "persistent"] {
+        assert!(values(&["--crop", "7,3,30x20", "--schedule", schedule]) == part, "{schedule}");
+    }
+    for schedule in ["block", "per-lane"] {
+        assert!(values(&["--crop", "7,3,30x20", "--schedule", schedule, "--checked"]) == part, "{schedule}, checked");
+    }
+    let said = json(&rendered(&["--crop", "7,3,30x20", "--out", &folder.path().join("a.exr").display().to_string(), "--json"]));
+    assert_eq!((said["width"].as_u64(), said["height"].as_u64()), (Some(30), Some(20)));
+    assert_eq!(said["warnings"].as_array().map(Vec::len), Some(0));
+    let out = folder.path().join("b.png").display().to_string();
+    let said = json(&rendered(&["--crop", "7,3,30x20", "--schedule", "block,roulette=block-max", "--out", &out, "--json"]));
+    assert!(said["warnings"].to_string().contains("--crop"), "{said}");
+}
+
+/// Kills: a scene's content miscounted, an object that is no JSON, warnings that are not told.
+#[test]
+fn a_scene_is_described() {
+    let said = String::from_utf8_lossy(&path_tracer(&["info", "cornell-box"]).stdout).into_owned();
+    for part in ["triangles:", "cameras:", "materials:", "environment:", "memory:", "emissive triangles"] {
+        assert!(said.contains(part), "`{part}` is not in: {said}");
+    }
+    let object = json(&String::from_utf8_lossy(&path_tracer(&["info", "cornell-box", "--json"]).stdout));
+    assert!(object["triangles"].as_u64() > Some(10) && object["device_bytes"].as_u64() > Some(100), "{object}");
+    refuses(&["info", "no-such-scene"], 1, &["no-such-scene", "built-in"]);
+    refuses(&["info", "cornell-box", "--env-rotation", "90"], 2, &["--env-rotation", "no environment"]);
+}
+
+/// Kills: help without a next step, completions and pages that lack commands, escape codes where nobody wants them.
+#[test]
+fn a_stranger_is_told_what_to_do() {
+    let text = |arguments: &[&str]| String::from_utf8_lossy(&path_tracer(arguments).stdout).into_owned();
+    let help = text(&["--help"]);
+    for part in ["path-tracer render cornell-box", "path-tracer info scene.glb", "compare", "Exit codes"] {
+        assert!(help.contains(part), "`{part}` is not in: {help}");
+    }
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = text(&["completions", shell]);
+        assert!(script.contains("tone-map") && script.contains("compare"), "{shell}");
+    }
+    assert!(text(&["man"]).contains(".TH path-tracer"));
+    assert!(text(&["man", "render"]).contains("tone\\-map"));
+    refuses(&["man", "paint"], 2, &["man paint", "render", "compare"]);
+    let command = |variable: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_path-tracer"));
+        command.args(["--help"]).env(variable, "1").output().expect("the binary runs").stdout
+    };
+    assert!(!command("NO_COLOR").contains(&0x1b));
+}
+
+/// Kills: a picture thrown away by Ctrl-C, one that claims to be complete, an exit code that says that all is well.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_what_is_finished() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let (out, preview) = (folder.path().join("a.exr"), folder.path().join("p.pfm"));
+    let arguments = ["render", "cornell-box", "--size", "64x64", "--samples", "1000000", "--json", "--every", "0.05s"];
+    let child = Command::new(env!("CARGO_BIN_EXE_path-tracer"))
+        .args(arguments)
+        .args(["--out".as_ref(), out.as_os_str(), "--preview".as_ref(), preview.as_os_str()])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("the binary runs");
+    // A preview says that there is something to keep.
+    let begun = std::time::Instant::now();
+    while !preview.exists() && begun.elapsed().as_secs() < 120 {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs").success());
+    let output = child.wait_with_output().expect("it ends");
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(130), "{stderr}");
+    assert!(stderr.contains("stopped after") && stderr.contains("of 1000000 samples"), "{stderr}");
+    let said = json(&String::from_utf8_lossy(&output.stdout));
+    assert_eq!(said["complete"].as_bool(), Some(false));
+    assert!(said["samples"].as_u64() > Some(0) && out.exists());
 }

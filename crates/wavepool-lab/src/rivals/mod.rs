@@ -173,7 +173,7 @@ pub fn compare_across_roulettes<S: Subject, E: From<Error>>(
     rounds: impl Into<Rounds>,
     mut build: impl FnMut(&Schedule, Instruments) -> Result<S, E>,
 ) -> Result<Vec<Rival>, E> {
-    let walks = f64::from(source.pixels()) * f64::from(passes);
+    let walks = f64::from(source.items()) * f64::from(passes);
     let mut lengths_by_roulette: BTreeMap<String, Lengths> = BTreeMap::new();
     let mut films = Films::default();
     let mut subjects = Vec::new();

@@ -66,7 +66,7 @@ pub fn sweep<S: Subject, E: From<Error>>(
     mut build: impl FnMut(&Schedule, Instruments) -> Result<S, E>,
 ) -> Result<Vec<Trial>, E> {
     let rounds = rounds.into();
-    let walks = f64::from(source.pixels()) * f64::from(passes);
+    let walks = f64::from(source.items()) * f64::from(passes);
     let Some(first_pool) = grid.pools.first() else { return Ok(Vec::new()) };
     let mut films = Films::default();
     let mut attempt = |candidates: Vec<(String, Schedule)>| -> Result<Vec<Trial>, E> {

@@ -341,7 +341,7 @@ impl Scheduler {
             is_estimated: matches!(self.schedule.order.rule(), OrderRule::Estimated(_)),
             grain: self.schedule.grain(),
             scope: self.schedule.roulette.as_ref().map(|roulette| roulette.scope()),
-            pass_items: self.source.pixels(),
+            pass_items: self.source.items(),
             binding: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
         })
     }

@@ -112,7 +112,7 @@ impl Scheduler {
             banks: sizes.banks,
             bank_blocks: sizes.bank_blocks,
             record: sizes.record_steps,
-            pass_items: self.source.pixels(),
+            pass_items: self.source.items(),
             ..Control::default()
         };
         let expand = |launches: &[Launch]| -> Vec<Dispatch> {
@@ -243,8 +243,12 @@ impl Run<'_> {
         self.scheduler.buffers = Some(self.buffers);
     }
 
-    /// Submits until the device says that all passes are resolved, or `observe` stops.
-    pub(super) fn drive(&mut self, mut observe: impl FnMut(&Progress) -> ControlFlow<()>) -> Result<()> {
+    /// Submits until the device says that all passes are resolved, or `observe`, which is asked between submissions, stops. Nothing is
+    /// lost by stopping; the next call goes on.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    pub fn drive(&mut self, mut observe: impl FnMut(&Progress) -> ControlFlow<()>) -> Result<()> {
         let fixed = self.scheduler.schedule.submission_steps;
         let mut steps = fixed.unwrap_or(1);
         let mut last_answer = Instant::now();

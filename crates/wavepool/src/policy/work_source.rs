@@ -9,14 +9,20 @@ const TILE_SIDE: u32 = 16;
 
 /// A set of pixels (image points, range elements) cut in tiles, each to be walked once per pass.
 ///
-/// Must: give every pixel to exactly one (tile, index); keep at least one item in every tile; give the same answers on both faces.
-/// The pass number is the sample number.
+/// Must: give every pixel to at most one (tile, index); keep at least one item in every tile; give the same answers on both faces.
+/// The pass number is the sample number. May: leave out pixels, which then have no samples in the film (and no item:
+/// [`items`](Self::items)).
 pub trait WorkSource: Debug + Send + Sync {
     /// Tiles per pass.
     fn tiles(&self) -> u32;
 
-    /// Pixels per pass: one more than the largest number that [`pixel`](Self::pixel) returns.
+    /// Pixels of the film: more than every number that [`pixel`](Self::pixel) returns.
     fn pixels(&self) -> u32;
+
+    /// Items per pass: how many pixels have one. All of them unless said otherwise.
+    fn items(&self) -> u32 {
+        self.pixels()
+    }
 
     /// Four words that the device face finds in `wf_control.work`, so that sizes need no new kernels. The third is the number of tile
     /// columns, for orders that follow a grid; 0 where there is none.

@@ -34,7 +34,7 @@ pub(super) fn replay_lanes(
         lanes: vec![Lane::default(); lanes],
         in_bank,
         lists: vec![Vec::new(); lanes.div_ceil(in_bank)],
-        outstanding: vec![u64::from(source.pixels()); ring.max(1) as usize],
+        outstanding: vec![u64::from(source.items()); ring.max(1) as usize],
         next: 0,
         resolved: 0,
         step: 0,
@@ -96,7 +96,7 @@ impl State<'_> {
         let ring = self.outstanding.len() as u32;
         let oldest = (self.resolved % ring) as usize;
         if self.resolved < self.passes && self.outstanding[oldest] == 0 {
-            self.outstanding[oldest] = u64::from(self.source.pixels());
+            self.outstanding[oldest] = u64::from(self.source.items());
             self.resolved += 1;
             report.resolved_after.push(self.step);
         }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use path_tracer::{Renderer, output, scene::Scene, wavepool::ImageTiles};
+use path_tracer::{Renderer, output, wavepool::ImageTiles};
 
 use super::{Failure, render, say};
 
@@ -18,11 +18,14 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let settings = arguments.render.settings()?;
+    if arguments.render.voice.wants_json() {
+        return Err(Failure::Usage("--json: explain speaks to people; `path-tracer info SCENE --json` to programs".into()));
+    }
     if !settings.schedule.candidates.is_empty() {
         let what = format!("--schedule {}: it chooses among several, of which one can be explained", settings.schedule);
         return Err(Failure::Usage(what));
     }
-    let scene: Scene = arguments.render.load()?;
+    let scene = arguments.render.scene.load()?;
     let program = Renderer::program(&scene)?;
     let scope = settings.schedule.roulette.as_ref().map(|roulette| roulette.scope());
     let layout = program.layout_at(scope, settings.schedule.grain());

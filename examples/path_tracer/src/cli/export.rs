@@ -25,10 +25,10 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let settings = arguments.render.settings()?;
     output::check_place(&arguments.mitsuba)?;
-    let mut scene = arguments.render.load()?;
+    let mut scene = arguments.render.scene.load()?;
     scene.reframe(settings.width as f32 / settings.height as f32);
-    let Some(camera) = settings.camera.clone().or_else(|| scene.cameras.first().cloned()) else {
-        return Err(Failure::Runtime(format!("{}: no camera", arguments.render.scene)));
+    let Some(camera) = arguments.render.view.camera(&scene)?.or_else(|| scene.cameras.first().cloned()) else {
+        return Err(Failure::Runtime(format!("{}: no camera", arguments.render.scene.scene)));
     };
     let materials = if arguments.materials == "model" { Materials::Model } else { Materials::Standard };
     let notes = mitsuba::write(&arguments.mitsuba, &scene, &camera, &settings, materials)?;

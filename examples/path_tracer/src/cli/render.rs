@@ -1,52 +1,68 @@
 //! `path-tracer render`: a scene to an image.
 
 use std::{
-    ops::ControlFlow,
+    ffi::OsString,
     path::{Path, PathBuf},
 };
 
 use path_tracer::{
-    Renderer, Settings, output,
-    scene::{self, Environment, Scene},
-    wavepool::{GpuContext, GpuOptions, Instruments, Schedule},
+    Crop, Observer, Renderer, Rendering, Settings, Wish,
+    output::{self, Facts, Options, Picture},
+    wavepool::{GpuContext, GpuOptions, Instruments, Progress, Report, Schedule},
 };
 
-use super::{Failure, progress::Meter, say};
+use super::{
+    Failure,
+    picture::PictureArguments,
+    progress::Meter,
+    scene::SceneArguments,
+    stop,
+    value::{self, Region, Size},
+    view::ViewArguments,
+    voice::{Voice, VoiceArguments},
+    watch::{Watch, WatchArguments},
+};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// A built-in scene (see `path-tracer scenes`) or a .glb or .gltf file.
-    pub(crate) scene: String,
-    /// Light the scene with an equirectangular .hdr or .exr image.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) env: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) scene: SceneArguments,
+    #[command(flatten)]
+    pub(crate) view: ViewArguments,
     /// Pixels.
-    #[arg(long, value_name = "WxH", default_value = "512x512")]
-    pub(crate) size: String,
+    #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = value::size)]
+    size: Size,
+    /// Render this part of the picture only, with the same pixels as in the whole; an .exr keeps its place.
+    #[arg(long, value_name = "X,Y,WxH", allow_hyphen_values = true, value_parser = value::region)]
+    crop: Option<Region>,
     /// Samples per pixel.
-    #[arg(long, value_name = "N", default_value_t = 64)]
+    #[arg(long, value_name = "N", default_value_t = 64, allow_negative_numbers = true, value_parser = value::positive)]
     samples: u32,
     /// Number of the first sample; the next run of a series begins where the last one ended.
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = value::whole)]
     first_sample: u32,
     /// Bounces after which a path ends.
-    #[arg(long, value_name = "N", default_value_t = 16)]
-    pub(crate) depth: u32,
+    #[arg(long, value_name = "N", default_value_t = 16, allow_negative_numbers = true, value_parser = value::whole)]
+    depth: u32,
     /// Another seed, another noise.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub(crate) seed: u32,
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = value::whole)]
+    seed: u32,
     /// NAME[,key=value...], for example block,threshold=0.25,order=depth-max; `path-tracer schedules` lists names and keys.
-    #[arg(long, value_name = "SPEC", default_value = "block")]
-    pub(crate) schedule: String,
+    #[arg(long, value_name = "SPEC", default_value = "block", value_parser = schedule)]
+    schedule: Schedule,
     /// Blocks of 256 lanes that are in flight at once.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = value::positive)]
     pool_blocks: Option<u32>,
+    /// Blocks of a bank, at most; a pool of more has several.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = value::positive)]
+    bank_blocks: Option<u32>,
     /// Part of the name of the adapter to use.
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
-    /// Brightness of a PNG in stops.
-    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true)]
-    exposure: f32,
+    #[command(flatten)]
+    picture: PictureArguments,
+    #[command(flatten)]
+    watch: WatchArguments,
     /// Write counters, steps, walk lengths and device times to a JSON file, and print a summary.
     #[arg(long, value_name = "FILE")]
     stats: Option<PathBuf>,
@@ -56,95 +72,47 @@ pub(crate) struct Arguments {
     /// After every step, count lanes and results again and compare; slow.
     #[arg(long)]
     checked: bool,
-    /// Blocks of a bank, at most; a pool of more has several.
-    #[arg(long, value_name = "N")]
-    bank_blocks: Option<u32>,
-    /// .png or .exr; the scene's name with .png when not given.
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) voice: VoiceArguments,
+}
+
+fn schedule(text: &str) -> Result<Schedule, String> {
+    text.parse().map_err(|error: path_tracer::wavepool::Error| error.to_string())
 }
 
 impl Arguments {
     pub(crate) fn settings(&self) -> Result<Settings, Failure> {
-        let (width, height) = parse_size(&self.size)?;
-        if self.samples == 0 {
-            return Err(Failure::Usage("--samples 0: at least 1".into()));
-        }
         if self.first_sample.checked_add(self.samples).is_none() {
             return Err(Failure::Usage(format!("--first-sample {}: the last sample would exceed {}", self.first_sample, u32::MAX)));
         }
-        if !self.exposure.is_finite() {
-            return Err(Failure::Usage(format!("--exposure {}: not a finite number", self.exposure)));
+        let crop = self.crop.map(|region| Crop { x: region.x, y: region.y, width: region.size.width, height: region.size.height });
+        if let Some(crop) = crop {
+            let ends = [crop.x.checked_add(crop.width), crop.y.checked_add(crop.height)];
+            let sides = [self.size.width, self.size.height];
+            if ends.iter().zip(sides).any(|(end, side)| end.is_none_or(|end| end > side)) {
+                let Crop { x, y, width, height } = crop;
+                return Err(Failure::Usage(format!("--crop {x},{y},{width}x{height}: it should lie within the {} pixels", self.size)));
+            }
         }
-        let mut schedule: Schedule =
-            self.schedule.parse().map_err(|error| Failure::Usage(format!("--schedule {}: {error}", self.schedule)))?;
-        match self.pool_blocks {
-            Some(0) => return Err(Failure::Usage("--pool-blocks 0: at least 1".into())),
-            blocks => schedule.pool_blocks = blocks,
-        }
-        if self.bank_blocks == Some(0) {
-            return Err(Failure::Usage("--bank-blocks 0: at least 1".into()));
-        }
-        schedule.bank_blocks = self.bank_blocks;
+        let mut schedule = self.schedule.clone();
+        (schedule.pool_blocks, schedule.bank_blocks) = (self.pool_blocks, self.bank_blocks);
         let wants_statistics = self.stats.is_some() || self.trace.is_some();
         let observed = if wants_statistics { Instruments::statistics() } else { Instruments::default() };
         let markers = std::env::var_os("WAVEPOOL_MARKERS").is_some_and(|value| value == "1");
         let instruments = Instruments { checked: self.checked, markers, ..observed };
         Ok(Settings {
-            width,
-            height,
+            width: self.size.width,
+            height: self.size.height,
             samples: self.samples,
             first_sample: self.first_sample,
             depth: self.depth,
             seed: self.seed,
             schedule,
+            crop,
             instruments,
             ..Settings::default()
         })
     }
-
-    /// The scene with its environment, lit by something; says on stdout what had to be assumed.
-    pub(crate) fn load(&self) -> Result<Scene, Failure> {
-        load(&self.scene, self.env.as_deref())
-    }
-}
-
-/// A built-in scene or a file, with its environment and lit by something.
-pub(crate) fn load(name: &str, env: Option<&Path>) -> Result<Scene, Failure> {
-    let mut scene = match scene::builtin(name) {
-        Some(scene) => scene,
-        None => load_file(name)?,
-    };
-    if let Some(path) = env {
-        let (environment, warnings) = scene::load_environment(path)?;
-        scene.environment = Some(environment);
-        scene.warnings.extend(warnings);
-    }
-    if !scene.has_light() {
-        scene.environment = Some(Environment::plain_sky());
-        scene.warnings.push("the scene has no light: lit by a plain sky".into());
-    }
-    Ok(scene)
-}
-
-/// A name without a known ending that is no file was meant as a built-in scene.
-fn load_file(name: &str) -> Result<Scene, Failure> {
-    let path = Path::new(name);
-    if path.extension().is_none() && !path.exists() {
-        let names: Vec<&str> = scene::BUILTIN.iter().map(|(name, _)| *name).collect();
-        return Err(Failure::Runtime(format!("{name}: no such file, and no built-in scene; these are: {}", names.join(", "))));
-    }
-    Ok(scene::load(path)?)
-}
-
-/// The largest side; 2^32 pixels are beyond every film.
-const LARGEST_SIDE: u32 = 32_768;
-
-pub(crate) fn parse_size(text: &str) -> Result<(u32, u32), Failure> {
-    let side = |part: &str| part.parse::<u32>().ok().filter(|side| (1..=LARGEST_SIDE).contains(side));
-    text.split_once('x')
-        .and_then(|(width, height)| Some((side(width)?, side(height)?)))
-        .ok_or_else(|| Failure::Usage(format!("--size {text}: expected WIDTHxHEIGHT, each 1 to {LARGEST_SIDE}")))
 }
 
 /// The scene's name in the current folder.
@@ -153,68 +121,180 @@ fn default_output(scene: &str) -> PathBuf {
     PathBuf::from(stem).with_extension("png")
 }
 
+/// What was typed, such that a shell understands it again.
+fn command_line() -> String {
+    let quoted = |word: OsString| {
+        let word = word.to_string_lossy();
+        let is_plain = |c: char| c.is_alphanumeric() || "._/=,:+-".contains(c);
+        if !word.is_empty() && word.chars().all(is_plain) { word.into_owned() } else { format!("'{}'", word.replace('\'', "'\\''")) }
+    };
+    std::env::args_os().skip(1).map(quoted).collect::<Vec<_>>().join(" ")
+}
+
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let settings = arguments.settings()?;
-    let out = arguments.out.clone().unwrap_or_else(|| default_output(&arguments.scene));
+    let mut voice = Voice::of(arguments.voice);
+    let mut settings = arguments.settings()?;
+    let out = arguments.picture.out.clone().unwrap_or_else(|| default_output(&arguments.scene.scene));
     output::check_writable(&out)?;
     for file in [&arguments.stats, &arguments.trace].into_iter().flatten() {
         output::check_place(file)?;
     }
-    let mut scene = arguments.load()?;
+    let mut scene = arguments.scene.load()?;
     scene.reframe(settings.width as f32 / settings.height as f32);
-    scene.warnings.iter().for_each(|warning| eprintln!("note: {warning}"));
+    settings.camera = arguments.view.camera(&scene)?.or_else(|| scene.cameras.first().cloned());
+    voice.notes(&scene.warnings);
+    if settings.crop.is_some() && settings.schedule.roulette.as_ref().is_some_and(|roulette| roulette.scope().is_shared()) {
+        voice
+            .note("--crop: lanes share draws of this roulette with others than in the whole picture; pixels are as good, but not the same");
+    }
+    let watch = arguments.watch.begin(&scene.name)?;
+    if watch.is_on() && !settings.schedule.candidates.is_empty() {
+        let what = "nobody can look on (--preview, --tev) while schedules take turns";
+        return Err(Failure::Usage(format!("--schedule {}: {what}", settings.schedule)));
+    }
 
     let gpu = GpuContext::new(&GpuOptions { adapter: arguments.adapter.clone() })?;
     let mut renderer = Renderer::new(&gpu, &scene, &settings)?;
-    renderer.warnings().iter().for_each(|warning| eprintln!("note: {warning}"));
-    say(format_args!("scene:      {}, {} triangles", scene.name, scene.triangles.len()));
-    say(format_args!("adapter:    {}", gpu.facts));
-    say(format_args!("schedule:   {}", renderer.schedule()));
+    voice.notes(renderer.warnings());
+    voice.say(format_args!("scene:      {}, {} triangles", scene.name, scene.triangles.len()));
+    voice.say(format_args!("adapter:    {}", gpu.facts));
+    voice.say(format_args!("schedule:   {}", renderer.schedule()));
 
-    let items = u64::from(settings.width) * u64::from(settings.height) * u64::from(settings.samples);
-    let meter = Meter::new(items);
-    let rendering = renderer.render(|progress| {
-        meter.update(progress);
-        ControlFlow::Continue(())
-    })?;
-    meter.finish();
-    output::write(&out, settings.width, settings.height, &rendering.pixels(), arguments.exposure)?;
+    let facts = Facts {
+        camera: settings.camera.clone(),
+        texts: [
+            ("command", format!("path-tracer {}", command_line())),
+            ("scene", scene.name.clone()),
+            ("seed", settings.seed.to_string()),
+            ("firstSample", settings.first_sample.to_string()),
+            ("schedule", renderer.schedule()),
+            ("adapter", gpu.facts.to_string()),
+        ]
+        .map(|(name, text)| (name.to_owned(), text))
+        .into(),
+    };
+    let meter = voice.shows_progress().then(|| Meter::new(items(&settings)));
+    let mut onlooker = Onlooker { settings: &settings, facts, options: arguments.picture.options(), meter, watch, voice: &mut voice };
+    stop::listen()?;
+    let rendering = renderer.render_observed(&mut onlooker)?;
+    let ((width, height), passes) = (size(&settings), rendering.report.passes);
+    onlooker.meter.iter().for_each(Meter::finish);
+    if passes == 0 {
+        return Err(Failure::Stopped("stopped before the first sample was finished; nothing is written".into()));
+    }
+    let picture = onlooker.picture(&rendering);
+    let options = onlooker.options;
+    onlooker.watch.send(&picture, onlooker.voice);
+    voice.notes(&output::write_picture(&out, &picture, &options)?);
 
-    let report = &rendering.report;
-    let seconds = report.elapsed.as_secs_f64();
-    let (width, height, passes) = (settings.width, settings.height, report.passes);
-    say(format_args!("rendered:   {width}x{height}, {passes} samples in {seconds:.1} s, {:.3} Msamples/s", items as f64 / seconds / 1e6));
-    say(format_args!(
-        "pool:       {} blocks in {} bank(s), {} bytes of state per lane; results of {} passes at once",
-        report.pool_blocks,
-        report.banks,
-        renderer.scheduler().layout().bytes_per_lane(),
-        report.ring
-    ));
-    say(format_args!(
-        "work:       {} steps, {} launches, {} regenerations, {} of {} paths ended by roulette",
-        report.steps, report.launches, report.regenerations, report.items_killed, report.items_started
-    ));
-    for decision in &report.decisions {
-        let (first, last) = (decision.first_pass, decision.first_pass + decision.passes);
-        say(format_args!("auto:       samples {first}..{last} by {}: {}", decision.schedule, decision.reason));
-    }
-    if report.not_finite > 0 {
-        say(format_args!("ledger:     {} components of samples were not finite and count as zero", report.not_finite));
-    }
-    report.notes.iter().for_each(|note| eprintln!("note: {note}"));
+    tell(&voice, &settings, &renderer, &rendering.report);
+    voice.notes(&rendering.report.notes);
     if arguments.stats.is_some() || arguments.trace.is_some() {
         let mut statistics = renderer.statistics(&rendering)?;
-        statistics.command = std::env::args().skip(1).collect::<Vec<_>>().join(" ");
+        statistics.command = command_line();
         if let Some(path) = &arguments.stats {
             output::write_json(path, &statistics.to_json())?;
         }
         if let Some(path) = &arguments.trace {
             output::write_json(path, &statistics.trace())?;
         }
-        say(statistics.summary().trim_end());
+        voice.say(statistics.summary().trim_end());
     }
-    say(format_args!("image:      {}", out.display()));
-    say(format_args!("image-hash: {:016x}", rendering.film.hash()));
-    Ok(())
+    let hash = format!("{:016x}", rendering.film.hash());
+    voice.say(format_args!("image:      {}", out.display()));
+    voice.say(format_args!("image-hash: {hash}"));
+    let is_complete = passes == settings.samples;
+    voice.conclude(serde_json::json!({
+        "file": out.display().to_string(),
+        "scene": scene.name,
+        "width": width,
+        "height": height,
+        "samples": passes,
+        "complete": is_complete,
+        "seconds": rendering.report.elapsed.as_secs_f64(),
+        "hash": hash,
+        "schedule": renderer.schedule(),
+        "adapter": gpu.facts.to_string(),
+    }));
+    if is_complete {
+        return Ok(());
+    }
+    Err(Failure::Stopped(format!("stopped after {passes} of {} samples; {} shows them", settings.samples, out.display())))
+}
+
+/// Paths of the whole picture.
+fn items(settings: &Settings) -> u64 {
+    let (width, height) = size(settings);
+    u64::from(width) * u64::from(height) * u64::from(settings.samples)
+}
+
+/// Of what is rendered.
+fn size(settings: &Settings) -> (u32, u32) {
+    settings.crop.map_or((settings.width, settings.height), |crop| (crop.width, crop.height))
+}
+
+/// Shows progress and what there is, and listens to Ctrl-C.
+struct Onlooker<'a> {
+    settings: &'a Settings,
+    facts: Facts,
+    options: Options,
+    meter: Option<Meter>,
+    watch: Watch,
+    voice: &'a mut Voice,
+}
+
+impl Onlooker<'_> {
+    fn picture(&self, rendering: &Rendering) -> Picture {
+        let mut facts = self.facts.clone();
+        let samples = rendering.film.samples().iter().copied().max().unwrap_or(0);
+        facts.texts.push(("samples".into(), samples.to_string()));
+        facts.texts.push(("filmHash".into(), format!("{:016x}", rendering.film.hash())));
+        let picture = Picture { facts, ..Picture::of_color(self.settings.width, self.settings.height, rendering.pixels()) };
+        match self.settings.crop {
+            None => picture,
+            Some(crop) => picture.cropped(crop.x, crop.y, crop.width, crop.height),
+        }
+    }
+}
+
+impl Observer for Onlooker<'_> {
+    fn wish(&mut self, progress: &Progress) -> Wish {
+        self.meter.iter().for_each(|meter| meter.update(progress));
+        match (stop::is_asked(), progress.passes_done > 0 && self.watch.is_due()) {
+            (true, _) => Wish::Stop,
+            (false, true) => Wish::Show,
+            (false, false) => Wish::GoOn,
+        }
+    }
+
+    fn show(&mut self, so_far: &Rendering) {
+        let picture = self.picture(so_far);
+        self.watch.show(&picture, &self.options, self.voice);
+    }
+}
+
+/// What was done, for people.
+fn tell(voice: &Voice, settings: &Settings, renderer: &Renderer, report: &Report) {
+    let seconds = report.elapsed.as_secs_f64();
+    let ((width, height), passes) = (size(settings), report.passes);
+    let rate = f64::from(width) * f64::from(height) * f64::from(passes) / seconds / 1e6;
+    voice.say(format_args!("rendered:   {width}x{height}, {passes} samples in {seconds:.1} s, {rate:.3} Msamples/s"));
+    voice.say(format_args!(
+        "pool:       {} blocks in {} bank(s), {} bytes of state per lane; results of {} passes at once",
+        report.pool_blocks,
+        report.banks,
+        renderer.scheduler().layout().bytes_per_lane(),
+        report.ring
+    ));
+    voice.say(format_args!(
+        "work:       {} steps, {} launches, {} regenerations, {} of {} paths ended by roulette",
+        report.steps, report.launches, report.regenerations, report.items_killed, report.items_started
+    ));
+    for decision in &report.decisions {
+        let (first, last) = (decision.first_pass, decision.first_pass + decision.passes);
+        voice.say(format_args!("auto:       samples {first}..{last} by {}: {}", decision.schedule, decision.reason));
+    }
+    if report.not_finite > 0 {
+        voice.say(format_args!("ledger:     {} components of samples were not finite and count as zero", report.not_finite));
+    }
 }

@@ -8,7 +8,11 @@ use path_tracer::{
 };
 use wavepool_lab::drawing::{self, Chart};
 
-use super::{Failure, render, say};
+use super::{
+    Failure, say,
+    scene::load,
+    value::{self, Size},
+};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -18,23 +22,23 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE")]
     env: Option<PathBuf>,
     /// Pixels; a tile has 16x16 of them.
-    #[arg(long, value_name = "WxH", default_value = "64x64")]
-    size: String,
+    #[arg(long, value_name = "WxH", default_value = "64x64", value_parser = value::size)]
+    size: Size,
     /// Samples per pixel.
-    #[arg(long, value_name = "N", default_value_t = 2)]
+    #[arg(long, value_name = "N", default_value_t = 2, allow_negative_numbers = true, value_parser = value::positive)]
     samples: u32,
     /// Bounces after which a path ends.
-    #[arg(long, value_name = "N", default_value_t = 16)]
+    #[arg(long, value_name = "N", default_value_t = 16, allow_negative_numbers = true, value_parser = value::whole)]
     depth: u32,
     /// Another seed, another noise.
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = value::whole)]
     seed: u32,
     /// As in `path-tracer render`; given several times, schedules stand side by side. Without it: never, block with the paper's
     /// settings, block without a threshold, block with tiles in order of depth.
     #[arg(long, value_name = "SPEC")]
     schedule: Vec<String>,
     /// Blocks of 256 lanes that are in flight at once; up to 16 of them are told in words too.
-    #[arg(long, value_name = "N", default_value_t = 8)]
+    #[arg(long, value_name = "N", default_value_t = 8, allow_negative_numbers = true, value_parser = value::positive)]
     pool_blocks: u32,
     /// Part of the name of the adapter to use.
     #[arg(long, value_name = "NAME")]
@@ -62,15 +66,10 @@ impl Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let (width, height) = render::parse_size(&arguments.size)?;
-    for (name, value) in [("--samples", arguments.samples), ("--pool-blocks", arguments.pool_blocks)] {
-        if value == 0 {
-            return Err(Failure::Usage(format!("{name} 0: at least 1")));
-        }
-    }
+    let Size { width, height } = arguments.size;
     let schedules = arguments.schedules()?;
     let format = output::drawing::check_writable(&arguments.out)?;
-    let mut scene = render::load(&arguments.scene, arguments.env.as_deref())?;
+    let mut scene = load(&arguments.scene, arguments.env.as_deref())?;
     scene.reframe(width as f32 / height as f32);
     scene.warnings.iter().for_each(|warning| eprintln!("note: {warning}"));
 

@@ -23,7 +23,6 @@ use super::{
 use crate::{
     Settings,
     error::Error,
-    output::exr,
     output::text,
     scene::{AlphaMode, Camera, LightKind, Material, Projection, PunctualLight, Scene, TextureUse, Triangle, Wrap},
 };
@@ -324,7 +323,8 @@ impl File<'_> {
 
     fn panorama(&mut self) -> Result<(), Error> {
         let Some(environment) = &self.scene.environment else { return Ok(()) };
-        exr::write(&self.whole.join("environment.exr"), environment.width, environment.height, &environment.texels)?;
+        let file = self.whole.join("environment.exr");
+        textures::write_floats(&file, environment.width, environment.height, environment.texels.clone())?;
         self.note("texels of the panorama are constant here, interpolated there");
         // Theirs begins where the middle of ours is.
         let turn = matrix(Mat4::from_rotation_y(std::f32::consts::PI));

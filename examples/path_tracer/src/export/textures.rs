@@ -8,7 +8,7 @@ use glam::Vec4;
 
 use crate::{
     error::Error,
-    output::exr,
+    output::{Options, Picture, write_picture},
     scene::{Image, Scene, TextureUse},
 };
 
@@ -43,7 +43,12 @@ fn texel(take: Take, texel: [u8; 4]) -> [f32; 3] {
 /// Writes an EXR file next to the scene.
 pub(super) fn write(path: &Path, image: &Image, take: Take) -> Result<(), Error> {
     let texels: Vec<[f32; 3]> = image.texels.iter().map(|stored| texel(take, *stored)).collect();
-    exr::write(path, image.width, image.height, &texels)
+    write_floats(path, image.width, image.height, texels)
+}
+
+/// Writes linear floats.
+pub(super) fn write_floats(path: &Path, width: u32, height: u32, texels: Vec<[f32; 3]>) -> Result<(), Error> {
+    write_picture(path, &Picture::of_color(width, height, texels), &Options::default()).map(|_| ())
 }
 
 /// The image of a texture.

@@ -1,26 +1,47 @@
-//! Pictures to files: 8-bit sRGB PNG for looking, float EXR for measuring; texts for reading; drawings of schedules.
+//! Pictures to files: PNG for looking, EXR with layers and facts for grading and measuring, PFM and NumPy arrays for scripts; texts for
+//! reading; drawings of schedules.
 //!
 //! Key decision: a file appears complete or not at all. It is written next to its final place and renamed there, so a failure leaves an
 //! older picture untouched.
 
 mod atomic;
+pub mod difference;
 pub mod drawing;
-pub mod exr;
-pub mod png;
+mod exr;
+pub mod flip;
+mod npy;
+mod pfm;
+mod picture;
+mod png;
+mod read;
+pub mod tev;
 pub mod text;
+mod tone_map;
 
 use std::path::Path;
+
+pub use picture::{Bits, Facts, Options, Part, Picture};
+pub use png::{decode_srgb, encode_srgb};
+pub use read::read_picture;
+pub use tone_map::ToneMap;
 
 use crate::error::Error;
 
 /// A kind of picture file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// 8 bits, sRGB, exposed and clipped.
+    /// 8 or 16 bits, sRGB, exposed and tone-mapped.
     Png,
-    /// 32-bit float, linear Rec. 709, as rendered.
+    /// Floats or halves, linear Rec. 709, as rendered, with all layers and facts.
     Exr,
+    /// Floats as rendered, colour alone.
+    Pfm,
+    /// An array of floats as rendered, colour alone.
+    Npy,
 }
+
+/// Said when a name has none of them.
+const ENDINGS: &str = ".png, .exr, .pfm or .npy";
 
 impl Format {
     /// The format that the ending of the name asks for.
@@ -31,12 +52,14 @@ impl Format {
         match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
             Some("png") => Ok(Format::Png),
             Some("exr") => Ok(Format::Exr),
-            _ => Err(Error::extension(path, ".png or .exr")),
+            Some("pfm") => Ok(Format::Pfm),
+            Some("npy") => Ok(Format::Npy),
+            _ => Err(Error::extension(path, ENDINGS)),
         }
     }
 }
 
-/// Asks, before the long work, whether [`write()`] can succeed: the name has a known ending and files can be made in its folder.
+/// Asks, before the long work, whether [`write_picture`] can succeed: the name has a known ending and files can be made in its folder.
 /// Nothing stays behind.
 ///
 /// # Errors
@@ -70,23 +93,19 @@ pub fn write_json(path: &Path, document: &serde_json::Value) -> Result<(), Error
     .map_err(|e| Error::write(path, e))
 }
 
-/// Writes a picture of linear mean radiance, row 0 on top, in the format of the name. `exposure` is in EV and changes PNG only.
+/// Writes a picture in the format of the name. What the format cannot hold, or not as it is, is told in the lines that come back.
 ///
 /// # Errors
-/// When the ending is unknown, the size does not fit the pixels, or the operating system refuses.
-pub fn write(path: &Path, width: u32, height: u32, pixels: &[[f32; 3]], exposure: f32) -> Result<(), Error> {
-    match Format::of(path)? {
-        Format::Png => png::write(path, width, height, pixels, exposure),
-        Format::Exr => exr::write(path, width, height, pixels),
+/// When the ending is unknown, a plane of the picture does not fit its size, or the operating system refuses.
+pub fn write_picture(path: &Path, picture: &Picture, options: &Options) -> Result<Vec<String>, Error> {
+    let format = Format::of(path)?;
+    picture.check().map_err(|what| Error::write(path, what))?;
+    match format {
+        Format::Png => png::write(path, picture, options),
+        Format::Exr => exr::write(path, picture, options),
+        Format::Pfm => pfm::write(path, picture),
+        Format::Npy => npy::write(path, picture),
     }
-}
-
-/// Both encoders index pixels by the size.
-fn check_size(path: &Path, width: u32, height: u32, pixels: &[[f32; 3]]) -> Result<(), Error> {
-    if pixels.is_empty() || pixels.len() as u64 != u64::from(width) * u64::from(height) {
-        return Err(Error::write(path, format_args!("{} pixels do not fill {width} x {height}", pixels.len())));
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -112,11 +131,26 @@ mod tests {
     #[test]
     fn the_size_has_to_fit() {
         let folder = tempfile::tempdir().unwrap();
-        for name in ["a.png", "a.exr"] {
+        for name in ["a.png", "a.exr", "a.pfm", "a.npy"] {
             let path = folder.path().join(name);
-            assert!(write(&path, 2, 2, &[[0.0; 3]; 3], 0.0).is_err());
-            assert!(write(&path, 0, 0, &[], 0.0).is_err());
+            for picture in [Picture::of_color(2, 2, vec![[0.0; 3]; 3]), Picture::default()] {
+                assert!(write_picture(&path, &picture, &Options::default()).is_err());
+            }
             assert!(!path.exists());
         }
+    }
+
+    // Kills: layers or alpha that a format leaves out without a word.
+    #[test]
+    fn what_is_left_out_is_said() {
+        let folder = tempfile::tempdir().unwrap();
+        let channel = crate::layers::Channel { name: String::new(), values: crate::layers::Values::U32(vec![1]) };
+        let layers = vec![crate::layers::Layer { name: "samples".into(), channels: vec![channel] }];
+        let picture = Picture { layers, alpha: Some(vec![1.0]), ..Picture::of_color(1, 1, vec![[0.5; 3]]) };
+        let notes = |name: &str| write_picture(&folder.path().join(name), &picture, &Options::default()).unwrap();
+        assert_eq!(notes("a.png"), ["a .png has no place for samples; an .exr has"]);
+        assert_eq!(notes("a.pfm"), ["a .pfm has no place for A, samples; an .exr has"]);
+        assert_eq!(notes("a.npy"), ["an .npy has no place for A, samples; an .exr has"]);
+        assert!(notes("a.exr").is_empty());
     }
 }

@@ -14,12 +14,13 @@ use super::limits;
 use super::model::Environment;
 use crate::error::{Error, Fault};
 
-/// Colours of an image, row 0 at the top.
-struct Panorama {
-    width: u32,
-    height: u32,
-    texels: Vec<[f32; 3]>,
-    warnings: Vec<String>,
+/// Colours of an image, row 0 at the top, as they are in its file.
+pub(crate) struct Panorama {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) texels: Vec<[f32; 3]>,
+    /// What of the file is left out, one line each.
+    pub(crate) warnings: Vec<String>,
 }
 
 /// Reads a panorama, with one warning line for each kind of repair.
@@ -27,6 +28,19 @@ struct Panorama {
 /// # Errors
 /// When the file cannot be read, breaks its format, or uses a part of it that is not supported.
 pub fn load_environment(path: &Path) -> Result<(Environment, Vec<String>), Error> {
+    let Panorama { width, height, mut texels, mut warnings } = read_panorama(path)?;
+    warnings.extend(sanitise(&mut texels));
+    let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let environment = Environment { name, width, height, texels };
+    environment.check().map_err(|fault| fault.in_file(path))?;
+    Ok((environment, warnings))
+}
+
+/// Reads a panorama without repairs.
+///
+/// # Errors
+/// As [`load_environment`].
+pub(crate) fn read_panorama(path: &Path) -> Result<Panorama, Error> {
     let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
     let read = match extension.as_deref() {
         Some("hdr" | "pic") => hdr::read,
@@ -34,12 +48,7 @@ pub fn load_environment(path: &Path) -> Result<(Environment, Vec<String>), Error
         _ => return Err(Error::extension(path, ".hdr or .exr")),
     };
     let bytes = limits::read_file(path)?;
-    let Panorama { width, height, mut texels, mut warnings } = read(&bytes).map_err(|fault| fault.in_file(path))?;
-    warnings.extend(sanitise(&mut texels));
-    let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-    let environment = Environment { name, width, height, texels };
-    environment.check().map_err(|fault| fault.in_file(path))?;
-    Ok((environment, warnings))
+    read(&bytes).map_err(|fault| fault.in_file(path))
 }
 
 impl Environment {

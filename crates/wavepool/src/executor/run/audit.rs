@@ -45,7 +45,7 @@ impl Run<'_> {
         let killed = snapshot.total(counters::KILLED) + counter_64(control.items_killed) + audited(counters::AUDIT_KILLED);
         let finished = snapshot.total(counters::FINISHED);
         let alive = audited(counters::AUDIT_ALIVE);
-        let resolved = u64::from(control.resolved) * u64::from(self.scheduler.source.pixels());
+        let resolved = u64::from(control.resolved) * u64::from(self.scheduler.source.items());
         let results = resolved + audited(counters::AUDIT_DONE);
         let started = if is_wavefront { counter_64(control.items_started) } else { results };
         let wrong = |what: String| Err(Error::Conservation(format!("step {}: {what}", self.recorded)));

@@ -24,7 +24,16 @@ impl Run<'_> {
         Ok((film, self.account(elapsed)?))
     }
 
-    /// The same without looking at the film, which stays on the device for another run to add to.
+    /// The film of what is resolved so far; the run goes on as if nobody had looked.
+    ///
+    /// # Errors
+    /// As [`finish`](Self::finish).
+    pub fn film(&mut self) -> Result<Film> {
+        self.receive_all()?;
+        self.read_film()
+    }
+
+    /// The same as [`finish`](Self::finish) without looking at the film, which stays on the device for another run to add to.
     pub(in crate::executor) fn close(mut self) -> Result<(Report, FilmBase)> {
         self.receive_all()?;
         let elapsed = self.begun.elapsed();
@@ -92,7 +101,7 @@ impl Run<'_> {
         if self.scheduler.schedule.execution.is_wavefront() {
             return counter_64(control.items_started);
         }
-        u64::from(control.resolved) * u64::from(self.scheduler.source.pixels())
+        u64::from(control.resolved) * u64::from(self.scheduler.source.items())
     }
 
     fn report(&self, elapsed: Duration) -> Report {
@@ -160,7 +169,16 @@ impl Scheduler {
         let pixel_of = |place: usize| source.pixel((place / 256) as u32, (place % 256) as u32);
         let film = Film::gather(leaves, pixels, source.tiles() as usize * 256, &words, pixel_of, base.not_finite);
         let wanted = base.passes;
-        match film.samples().iter().position(|samples| *samples != wanted) {
+        // A source may leave out pixels, which then have no sample.
+        let mut has_item = vec![source.items() == source.pixels(); pixels];
+        if source.items() != source.pixels() {
+            for pixel in (0..source.tiles() as usize * 256).filter_map(pixel_of) {
+                if let Some(has_item) = has_item.get_mut(pixel as usize) {
+                    *has_item = true;
+                }
+            }
+        }
+        match film.samples().iter().zip(&has_item).position(|(samples, has_item)| *samples != if *has_item { wanted } else { 0 }) {
             Some(pixel) => Err(Error::Conservation(format!("pixel {pixel} has {} samples, not {wanted}", film.samples()[pixel]))),
             None => Ok(film),
         }
