@@ -6,6 +6,7 @@
 //! **Invariant:** nothing here knows how stages become kernels.
 
 pub mod error;
+mod film_layers;
 pub mod gpu_scene;
 pub mod layers;
 pub mod output;
@@ -13,5 +14,6 @@ mod renderer;
 pub mod scene;
 
 pub use error::Error;
+pub use gpu_scene::LayerRequest;
 pub use renderer::{Renderer, Rendering, Settings};
 pub use wavepool;
