@@ -245,13 +245,13 @@ fn variance_of_coin_flips() {
 /// Kills: a layer whose bits depend on who traces when; a colour that changes because somebody looks at something else besides.
 #[test]
 fn no_schedule_and_no_request_changes_a_bit() {
-    for name in ["cornell-box", "mirror-corridor", "glass"] {
+    for name in ["cornell-box", "glass"] {
         let mut scene = builtin(name).expect("it is in the list");
-        scene.reframe(40.0 / 56.0);
+        scene.reframe(24.0 / 40.0);
         let settings = |schedule: &str, layers| {
             let mut schedule: Schedule = schedule.parse().expect("a schedule");
-            schedule.pool_blocks = Some(5);
-            Settings { width: 40, height: 56, depth: 12, first_sample: 3, samples: 3, schedule, layers, ..Settings::default() }
+            schedule.pool_blocks = Some(4);
+            Settings { width: 24, height: 40, depth: 12, first_sample: 3, samples: 3, schedule, layers, ..Settings::default() }
         };
         let Some(plain) = render(&scene, &settings("block", LayerRequest::NONE)) else { return };
         let Some(reference) = render(&scene, &settings("block", LayerRequest::ALL)) else { return };

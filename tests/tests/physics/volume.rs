@@ -36,8 +36,9 @@ fn a_slab_without_an_interface_follows_beer_and_lambert() {
         let camera = parallel_camera(eye, Vec3::new(5.0, -7.0, 1.0), 1.0);
         let Some(seen) = pixels(&slab(1.0, left), camera, 8, 2, 16, "block,roulette=none") else { return };
         let truth = f64::from(left).powf(f64::from(THICKNESS) / 1.5 * stretch);
+        // Rays begin a few roundings off the face, of 20 metres; the exponential has its own.
         for (pixel, value) in seen.iter().enumerate() {
-            assert!((value / truth - 1.0).abs() < 2e-6, "stretch {stretch}, pixel {pixel}: {value} against {truth}");
+            assert!((value / truth - 1.0).abs() < 1e-5, "stretch {stretch}, pixel {pixel}: {value} against {truth}");
         }
     }
 }
@@ -63,5 +64,5 @@ fn a_camera_inside_of_a_solid_sees_through_it() {
     let Some(seen) = pixels(&slab(1.0, left), camera, 8, 1, 16, "block,roulette=none") else { return };
     // From z = 2 to the face at z = -2.
     let truth = f64::from(left).powf(4.0 / 1.5);
-    assert!(seen.iter().all(|value| (value / truth - 1.0).abs() < 2e-6), "{seen:?} against {truth}");
+    assert!(seen.iter().all(|value| (value / truth - 1.0).abs() < 1e-5), "{seen:?} against {truth}");
 }

@@ -31,7 +31,8 @@ use super::{
 /// Fresnel blend of what it reflects and transmits, metals have their reflectivity at normal incidence, coats that absorb nothing are left out.
 ///
 /// **Cost:** a word of state per lane and component while paths are in flight, three words of the film per component (two for numbers), a
-/// stage per step; `variance` has no state and no stage.
+/// stage per step; `variance` has no state and no stage. The film must fit one binding: the colour takes 10 words per pixel, albedo and
+/// normal 18 more, everything together 55.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct LayerRequest {
     /// Reflectance of surfaces, for denoisers.
