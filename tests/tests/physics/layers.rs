@@ -245,7 +245,7 @@ fn variance_of_coin_flips() {
 /// Kills: a layer whose bits depend on who traces when; a colour that changes because somebody looks at something else besides.
 #[test]
 fn no_schedule_and_no_request_changes_a_bit() {
-    for name in ["cornell-box", "glass"] {
+    for name in ["cornell-box", "mirror-corridor", "glass"] {
         let mut scene = builtin(name).expect("it is in the list");
         scene.reframe(24.0 / 40.0);
         let settings = |schedule: &str, layers| {
