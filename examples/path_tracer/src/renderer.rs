@@ -292,8 +292,10 @@ mod tests {
             modules.retain(|module| !module.path.contains("layer") && module.path != "path_tracer::delta_bsdf");
             assert_eq!(before - modules.len(), 5);
             for module in &mut modules {
-                let lines: Vec<&str> =
-                    module.text.lines().map(|line| if line.contains("@if") && speaks_of_layers(line) { "" } else { line }).collect();
+                let mut lines: Vec<&str> = module.text.lines().collect();
+                lines.retain(|line| !(line.contains("@if") && speaks_of_layers(line)));
+                let is_left = |line: &&str| line.split("//").next().is_some_and(speaks_of_layers);
+                assert_eq!(lines.iter().copied().find(is_left), None, "{}: without a condition", module.file);
                 module.text = lines.join("\n").into();
             }
             let mut features = packed.features();
