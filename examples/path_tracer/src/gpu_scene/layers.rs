@@ -16,38 +16,38 @@ use super::{
 
 /// The layers that a rendering is asked for; the colour is always there, and so is the number of samples.
 ///
-/// | name | channels | what it holds, in the mean over the samples unless said otherwise |
-/// | --- | --- | --- |
-/// | `albedo` | `R G B` | 0..=1: base colour of the first surface that is not a mirror or smooth glass alone, times what mirrors and glass before it let through; emitted light is added, cut at 1; light of the environment, cut at 1, where the path leaves the scene |
-/// | `normal` | `X Y Z` | -1..=1: world-space shading normal of the same surface, turned to the viewer; 0 where there is none |
-/// | `depth` | `Z` | metres along the camera's axis (planar, not along the ray) to the first surface, over the samples that meet one; infinite where none does |
-/// | `position` | `X Y Z` | world-space metres of the first surface, over the samples that meet one; 0 where none does |
-/// | `object` | | number of the first surface's object, of the first sample; [`LayerRequest::NOTHING`] where it meets none |
-/// | `material` | | the same for its material |
-/// | `variance` | `R G B` | of the mean colour |
+/// **Shape:** `albedo` and `variance` have channels `R G B`, `normal` and `position` `X Y Z`; depth is the layer `Z`, and it, `object` and
+/// `material` are their only channel. All are in the order of these fields.
 ///
 /// A path that ends before it meets a surface that scatters (by roulette, absorption or its depth) counts with albedo and normal 0, as it
-/// counts with no colour. **Source:** Open Image Denoise, documentation of the filter `RT`: delta paths are followed, glass is the
-/// Fresnel blend of what it reflects and transmits, metals have their reflectivity at normal incidence, coats that absorb nothing are left out.
+/// counts with no colour.
 ///
 /// **Cost:** a word of state per lane and component while paths are in flight, three words of the film per component (two for numbers), a
 /// stage per step; `variance` has no state and no stage. The film must fit one binding: the colour takes 10 words per pixel, albedo and
 /// normal 18 more, everything together 55.
+///
+/// **Source:** Open Image Denoise, documentation of the filter `RT`, for albedo and normal: perfect mirrors and glass are followed, so that
+/// glass is the Fresnel blend of what it reflects and transmits; metals have their reflectivity at normal incidence; coats that absorb
+/// nothing are left out. OpenEXR, standard channel names, for `Z`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct LayerRequest {
-    /// Reflectance of surfaces, for denoisers.
+    /// In 0..=1, the mean over the samples: base colour of the first surface that is not a mirror or smooth glass alone, times what mirrors
+    /// and glass before it let through. Light that the surface emits is added and cut at 1; so is the environment's where a path leaves the
+    /// scene.
     pub albedo: bool,
-    /// Shading normals, for denoisers.
+    /// In -1..=1, the mean over the samples: world-space shading normal of the same surface, turned to the viewer; 0 where there is none.
     pub normal: bool,
-    /// Distance along the camera's axis.
+    /// Metres along the camera's axis (planar, not along the ray) to the first surface, the mean over the samples that meet one; infinite
+    /// where none does.
     pub depth: bool,
-    /// Where the camera's ray ends.
+    /// World-space metres of the first surface, the mean over the samples that meet one; 0 where none does.
     pub position: bool,
-    /// Into [`Scene::objects`](crate::scene::Scene::objects).
+    /// Number of the first surface's object, into [`Scene::objects`](crate::scene::Scene::objects): that of the first sample, because
+    /// numbers have no mean. [`LayerRequest::NOTHING`] where this sample meets nothing.
     pub object: bool,
-    /// Into [`Scene::materials`](crate::scene::Scene::materials).
+    /// The same for its material, into [`Scene::materials`](crate::scene::Scene::materials).
     pub material: bool,
-    /// How far the mean colour may be off.
+    /// Of the mean colour: the unbiased variance of the samples over their number; infinite with fewer than two samples.
     pub variance: bool,
 }
 
