@@ -39,6 +39,16 @@ struct Path {
     @if(samplable_lights) shadow_origin: vec3f,
     @if(samplable_lights) shadow_vector: vec3f,
     @if(samplable_lights) shadow_radiance: vec3f,
+    // For the layers that are asked for: of the first surface that is not a mirror or glass alone, and 1 once it has been found.
+    @if(layer_albedo) layer_albedo: vec3f,
+    @if(layer_normal) layer_normal: vec3f,
+    @if(delta_surfaces && (layer_albedo || layer_normal)) layer_settled: u32,
+    // Of what the camera's ray has met: 1 if there is anything, the distance along the camera's axis, the place, and the numbers.
+    @if(layer_depth || layer_position) layer_hits: u32,
+    @if(layer_depth) layer_depth: f32,
+    @if(layer_position) layer_position: vec3f,
+    @if(layer_object) layer_object: u32,
+    @if(layer_material) layer_material: u32,
 }
 
 // Four random words of one purpose at one scattering event.

@@ -6,7 +6,7 @@ use std::collections::HashSet;
 
 use glam::{Vec2, Vec3, Vec4};
 use path_tracer::{
-    Renderer,
+    LayerRequest, Renderer,
     scene::{
         AlphaMode, BUILTIN, Environment, Image, LightKind, Material, PunctualLight, Scene, TextureUse, Triangle, Vertex, Wrap, builtin,
     },
@@ -118,7 +118,8 @@ fn all_programs() -> Vec<(String, Program)> {
         let program = Renderer::program(&scene).unwrap_or_else(|error| panic!("{name}: {error}"));
         (format!("path_tracer-{name}"), program)
     });
-    small.chain(path_tracers).collect()
+    let layers = Renderer::program_with(&everything(), LayerRequest::ALL).unwrap_or_else(|error| panic!("layers: {error}"));
+    small.chain(path_tracers).chain([("path_tracer-layers".to_owned(), layers)]).collect()
 }
 
 /// One triangle that calls for every effect.
@@ -150,6 +151,8 @@ fn everything() -> Scene {
             alpha: AlphaMode::Blend,
             transmission: 0.5,
             solid: true,
+            attenuation_color: Vec3::splat(0.5),
+            attenuation_distance: 1.0,
             ..Material::default()
         }],
         images: vec![Image { name: "grey".into(), width: 2, height: 2, texels: vec![[128; 4]; 4] }],
@@ -174,6 +177,7 @@ mod tests {
             "sample_texture",
             "is_present",
             "sample_glass",
+            "absorb",
             "sample_microfacets",
             "sample_environment",
             "sample_punctual_light",
@@ -189,6 +193,7 @@ mod tests {
             "wf_resolve",
             "wf_generate",
             "wf_stage_sample_light",
+            "wf_stage_gather_layers",
             "wf_megakernel",
             "wf_persistent",
             "wf_megakernel_regen",

@@ -4,6 +4,11 @@
 //! errors of the truth (family error below 1e-6 per test), and the standard error must be small enough to have seen the planted fault;
 //! both come from the pixels themselves, which are independent samples of the same number.
 
+#[path = "physics/layers.rs"]
+mod layers;
+#[path = "physics/volume.rs"]
+mod volume;
+
 use std::{f64::consts::PI, ops::ControlFlow};
 
 use glam::{Mat4, Vec3, Vec4};

@@ -8,6 +8,7 @@
 mod crop;
 pub mod error;
 pub mod export;
+mod film_layers;
 pub mod gpu_scene;
 pub mod layers;
 pub mod output;
@@ -16,5 +17,6 @@ pub mod scene;
 
 pub use crop::Crop;
 pub use error::Error;
+pub use gpu_scene::LayerRequest;
 pub use renderer::{Observer, Renderer, Rendering, Settings, Wish};
 pub use wavepool;

@@ -13,7 +13,9 @@ use wavepool::{
 use crate::{
     Crop, Error,
     crop::CropTiles,
-    gpu_scene::{GpuScene, LightStrategy, PackOptions},
+    film_layers::FilmLayers,
+    gpu_scene::{GpuScene, LayerRequest, LightStrategy, PackOptions, ProgramModule},
+    layers::Layer,
     scene::{Camera, Scene, framing::frame},
 };
 
@@ -40,6 +42,8 @@ pub struct Settings {
     pub camera: Option<Camera>,
     /// The part of the picture to render; all of it when `None`. The film has all pixels all the same, those outside without samples.
     pub crop: Option<Crop>,
+    /// What to find out beside the colour, which does not depend on it.
+    pub layers: LayerRequest,
     /// What to observe; the image does not depend on it.
     pub instruments: Instruments,
 }
@@ -57,6 +61,7 @@ impl Default for Settings {
             light_strategy: LightStrategy::Mis,
             camera: None,
             crop: None,
+            layers: LayerRequest::NONE,
             instruments: Instruments::default(),
         }
     }
@@ -74,6 +79,7 @@ impl Settings {
 pub struct Renderer {
     scheduler: Scheduler,
     settings: Settings,
+    layers: FilmLayers,
     warnings: Vec<String>,
 }
 
@@ -84,9 +90,15 @@ pub struct Rendering {
     pub film: Film,
     /// What the scheduler did.
     pub report: Report,
+    layers: FilmLayers,
 }
 
 impl Rendering {
+    /// What was asked for beside the colour, in the order of [`LayerRequest`], and last the number of `samples`; row 0 at the top.
+    pub fn layers(&self) -> Vec<Layer> {
+        self.layers.of(&self.film)
+    }
+
     /// Mean radiance, row 0 at the top.
     pub fn pixels(&self) -> Vec<[f32; 3]> {
         (0..self.film.pixels()).map(|pixel| [0, 1, 2].map(|channel| self.film.mean(pixel, channel) as f32)).collect()
@@ -131,7 +143,8 @@ impl Renderer {
         };
         let mut scheduler = builder.schedule(&settings.schedule).resources(&resources).instruments(settings.instruments).build_on(gpu)?;
         scheduler.set_seed(settings.seed);
-        Ok(Renderer { scheduler, settings: settings.clone(), warnings: packed.facts.warnings })
+        let layers = FilmLayers { request: settings.layers, normalisation: packed.normalisation };
+        Ok(Renderer { scheduler, settings: settings.clone(), layers, warnings: packed.facts.warnings })
     }
 
     /// The program that a scene calls for.
@@ -139,7 +152,15 @@ impl Renderer {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn program(scene: &Scene) -> Result<Program, Error> {
-        program_of(&pack(scene, &Settings::default(), u64::from(u32::MAX))?)
+        Self::program_with(scene, LayerRequest::NONE)
+    }
+
+    /// The program that a scene and a request call for.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn program_with(scene: &Scene, layers: LayerRequest) -> Result<Program, Error> {
+        program_of(&pack(scene, &Settings { layers, ..Settings::default() }, u64::from(u32::MAX))?)
     }
 
     /// What packing had to change, one line each.
@@ -176,7 +197,7 @@ impl Renderer {
     /// Those of [`Scheduler::run_with`].
     pub fn render(&mut self, observe: impl FnMut(&Progress) -> ControlFlow<()>) -> Result<Rendering, Error> {
         let (film, report) = self.scheduler.run_with(self.settings.first_sample, self.settings.samples, observe)?;
-        Ok(Rendering { film, report })
+        Ok(Rendering { film, report, layers: self.layers })
     }
 
     /// Renders all samples before somebody's eyes; the film does not depend on how often they look.
@@ -200,16 +221,17 @@ impl Renderer {
             if wish != Wish::Show || run.is_done() {
                 break;
             }
-            observer.show(&Rendering { film: run.film()?, report: Report::default() });
+            observer.show(&Rendering { film: run.film()?, report: Report::default(), layers: self.layers });
         }
         let (film, report) = run.finish()?;
-        Ok(Rendering { film, report })
+        Ok(Rendering { film, report, layers: self.layers })
     }
 }
 
-/// Stages of a step; the two in the middle look for light and need some that can be picked.
-const STAGES: [&str; 5] = ["trace", "gather_emission", "sample_light", "trace_shadow", "next_bounce"];
+/// Stages of a step; some look for light and need some that can be picked, one notes layers and needs a request for them.
+const STAGES: [&str; 6] = ["trace", LAYER_STAGE, "gather_emission", "sample_light", "trace_shadow", "next_bounce"];
 const LIGHT_STAGES: [&str; 2] = ["sample_light", "trace_shadow"];
+const LAYER_STAGE: &str = "gather_layers";
 
 fn pack(scene: &Scene, settings: &Settings, binding_limit: u64) -> Result<GpuScene, Error> {
     let aspect = settings.width as f32 / settings.height.max(1) as f32;
@@ -220,6 +242,8 @@ fn pack(scene: &Scene, settings: &Settings, binding_limit: u64) -> Result<GpuSce
         max_depth: settings.depth,
         seed: settings.seed,
         light_strategy: settings.light_strategy,
+        layers: settings.layers,
+        first_sample: settings.first_sample,
         binding_limit,
         ..PackOptions::default()
     };
@@ -227,17 +251,26 @@ fn pack(scene: &Scene, settings: &Settings, binding_limit: u64) -> Result<GpuSce
 }
 
 fn program_of(packed: &GpuScene) -> Result<Program, Error> {
-    let stages = STAGES.iter().filter(|stage| packed.facts.effects.samplable_lights || !LIGHT_STAGES.contains(stage));
-    let mut roots: Vec<&str> = stages.copied().collect();
+    program_from(packed, packed.program_modules(), &packed.features())
+}
+
+fn program_from(packed: &GpuScene, modules: Vec<ProgramModule>, features: &[(&'static str, bool)]) -> Result<Program, Error> {
+    let is_called_for = |stage: &&&str| match **stage {
+        LAYER_STAGE => packed.layers().needs_stage(),
+        stage => packed.facts.effects.samplable_lights || !LIGHT_STAGES.contains(&stage),
+    };
+    let mut roots: Vec<&str> = STAGES.iter().filter(is_called_for).copied().collect();
     let mut builder = roots.iter().fold(Program::builder("path_tracer"), |builder, stage| builder.stage(stage));
-    roots.extend(["generate", "finish", "survival", "reweight", "queue_key"]);
-    for (name, is_on) in packed.facts.effects.features() {
-        builder = builder.feature(name, is_on);
+    // Where layers are asked for, another module declares `finish`.
+    let finish = if packed.layers().any() { "finish_layers" } else { "finish" };
+    roots.extend(["generate", finish, "survival", "reweight", "queue_key"]);
+    for (name, is_on) in features {
+        builder = builder.feature(name, *is_on);
     }
     for (name, value) in packed.constants() {
         builder = builder.constant(name, *value);
     }
-    for module in packed.program_modules() {
+    for module in modules {
         let is_root = module.path.strip_prefix("path_tracer::").is_some_and(|name| roots.contains(&name));
         let module = SourceModule { package: "path_tracer".into(), path: module.path, file: module.file, text: module.text };
         builder = if is_root { builder.module(module) } else { builder.library(module) };
@@ -291,6 +324,82 @@ mod tests {
         (members, stages)
     }
 
+    /// The builtin scenes, and one that calls for next to nothing.
+    fn scenes() -> Vec<Scene> {
+        let built_in = crate::scene::BUILTIN.iter().map(|(name, _)| crate::scene::builtin(name).expect("it is in the list"));
+        built_in.chain([lit_triangle(Material { ior: 1.0, ..Material::default() }), Scene::default()]).collect()
+    }
+
+    // Kills: a word of code, a leaf of the state or of the film, a row of a table, for layers that nobody has asked for. The program is
+    // compared with one whose modules have lost every line that speaks of layers and which knows of no such feature.
+    #[test]
+    fn without_a_request_there_are_no_layers() {
+        let speaks_of_layers = |text: &str| text.contains("layer_") || text.contains("delta_surfaces");
+        for scene in scenes() {
+            let packed = pack(&scene, &Settings::default(), 1 << 30).expect("packs");
+            let program = program_of(&packed).unwrap_or_else(|error| panic!("{error}"));
+            let mut modules = packed.program_modules();
+            let before = modules.len();
+            modules.retain(|module| !module.path.contains("layer") && module.path != "path_tracer::delta_bsdf");
+            assert_eq!(before - modules.len(), 5);
+            for module in &mut modules {
+                let mut lines: Vec<&str> = module.text.lines().collect();
+                lines.retain(|line| !(line.contains("@if") && speaks_of_layers(line)));
+                let is_left = |line: &&str| line.split("//").next().is_some_and(speaks_of_layers);
+                assert_eq!(lines.iter().copied().find(is_left), None, "{}: without a condition", module.file);
+                module.text = lines.join("\n").into();
+            }
+            let mut features = packed.features();
+            features.retain(|(name, _)| !speaks_of_layers(name));
+            let bare = program_from(&packed, modules, &features).unwrap_or_else(|error| panic!("{error}"));
+
+            let (scope, image) = (Some(RouletteScope::Lane), ImageTiles { width: 16, height: 16 });
+            assert_eq!(program.layout(scope).table(), bare.layout(scope).table(), "{}", scene.name);
+            for schedule in [Schedule::block(), Schedule::megakernel()] {
+                let texts = |program: &Program| {
+                    let parts = program.wgsl(&image, &schedule).unwrap_or_else(|error| panic!("{error}"));
+                    parts.map(|(_, text)| text.split_whitespace().collect::<Vec<_>>().join(" "))
+                };
+                assert!(texts(&program) == texts(&bare), "{}: {schedule}", scene.name);
+                assert!(!texts(&program)[0].contains("fn gather_layers"), "{}", scene.name);
+            }
+            // Nor do the buffers hold anything for them.
+            let numbered = pack(&scene, &Settings { first_sample: 9, ..Settings::default() }, 1 << 30).expect("packs");
+            assert_eq!(numbered, packed, "{}", scene.name);
+        }
+    }
+
+    // Kills: a combination of layers and effects that does not compile, a layer with the state of another, state for the variance.
+    #[test]
+    fn every_request_gets_its_own_leaves() {
+        let components = [3, 3, 1, 3, 1, 1, 0];
+        let names = ["layer_albedo", "layer_normal", "layer_depth", "layer_position", "layer_object", "layer_material"];
+        for scene in scenes() {
+            let plain = Renderer::program(&scene).unwrap_or_else(|error| panic!("{error}"));
+            let leaves_of = |program: &Program| program.layout(Some(RouletteScope::Lane)).leaves.len();
+            let follows = pack(&scene, &Settings::default(), 1 << 30).expect("packs").facts.effects.delta_surfaces;
+            for set in 1..128_u32 {
+                // All of them for one scene, single ones and all together for the others.
+                if !(scene.name == "cornell-box" || set.is_power_of_two() || set == 127) {
+                    continue;
+                }
+                let chosen: Vec<&str> = (0..7).filter(|bit| set >> bit & 1 == 1).map(|bit| LayerRequest::NAMES[bit]).collect();
+                let request: LayerRequest = chosen.join(",").parse().expect("layers");
+                let program = Renderer::program_with(&scene, request).unwrap_or_else(|error| panic!("{request}: {error}"));
+                assert_eq!(program.stages().any(|stage| stage == LAYER_STAGE), request.needs_stage(), "{request}");
+                let layout = program.layout(Some(RouletteScope::Lane));
+                let expected: usize = (0..7).filter(|bit| set >> bit & 1 == 1).map(|bit| components[bit]).sum();
+                let hits = usize::from(request.depth || request.position);
+                let settled = usize::from(follows && (request.albedo || request.normal));
+                assert_eq!(leaves_of(&program) - leaves_of(&plain), expected + hits + settled, "{}: {request}", scene.name);
+                for (bit, name) in names.iter().enumerate() {
+                    let is_there = layout.leaves.iter().any(|leaf| leaf.path.split('.').nth(1) == Some(name));
+                    assert_eq!(is_there, set >> bit & 1 == 1, "{request}: {name}");
+                }
+            }
+        }
+    }
+
     // Kills: an effect with state or code in a scene that does not call for it, or without them in one that does.
     #[test]
     fn a_scene_gets_the_state_and_the_code_it_calls_for() {
@@ -300,6 +409,8 @@ mod tests {
         let plain = lit_triangle(matte.clone());
         let dark = Scene { lights: Vec::new(), ..plain.clone() };
         let glass = lit_triangle(Material { transmission: 0.5, ..matte.clone() });
+        let amber = Material { solid: true, attenuation_color: Vec3::splat(0.5), attenuation_distance: 1.0, ..glass.materials[0].clone() };
+        let amber = lit_triangle(amber);
         let veil = lit_triangle(Material { alpha: AlphaMode::Blend, ..matte.clone() });
         let metal = lit_triangle(Material { metallic: 1.0, ..matte.clone() });
         let glow = lit_triangle(Material { emissive: Vec3::ONE, ..matte });
@@ -310,6 +421,7 @@ mod tests {
             ("dark", dark, parts(&[], &[])),
             ("plain", plain, parts(&lit, &["fn sample_punctual_light("])),
             ("glass", glass, parts(&[&lit[..], &["eta_scale"]].concat(), &["fn sample_punctual_light(", "fn sample_glass("])),
+            ("amber", amber, parts(&[&lit[..], &["eta_scale"]].concat(), &["fn sample_punctual_light(", "fn sample_glass(", "fn absorb("])),
             ("veil", veil, parts(&lit, &["fn sample_punctual_light(", "fn is_present("])),
             ("metal", metal, parts(&lit, &["fn sample_punctual_light(", "fn sample_microfacets("])),
             ("glow", glow, parts(&lit, &["fn sample_punctual_light(", "fn sample_triangle_light("])),
@@ -321,6 +433,7 @@ mod tests {
             "fn sample_triangle_light(",
             "fn environment_towards(",
             "fn sample_glass(",
+            "fn absorb(",
             "fn sample_microfacets(",
             "fn is_present(",
             "fn sample_texture(",

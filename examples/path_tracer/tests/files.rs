@@ -146,3 +146,17 @@ fn encodings_of_one_picture_agree() {
         }
     }
 }
+
+// Kills: an object per primitive or per file, a name that goes to the neighbour, triangles without a number.
+#[test]
+fn nodes_with_meshes_are_objects() {
+    let Some(assets) = assets() else { return };
+    let helmet = scene::load(&assets.join("gltf/FlightHelmet/FlightHelmet.gltf")).unwrap();
+    let names = ["Hose_low", "RubberWood_low", "GlassPlastic_low", "MetalParts_low", "LeatherParts_low", "Lenses_low"];
+    assert_eq!(helmet.objects, names);
+    assert_eq!(helmet.object_of.len(), helmet.triangles.len());
+    // Each node of this file has a material of its own.
+    for (triangle, object) in helmet.triangles.iter().zip(&helmet.object_of) {
+        assert!(helmet.materials[triangle.material as usize].name.starts_with(names[*object as usize].trim_end_matches("_low")));
+    }
+}

@@ -34,19 +34,24 @@ pub struct Effects {
     pub punctual_lights: bool,
     /// Some light can be picked. When none can, there are no stages that look for one.
     pub samplable_lights: bool,
+    /// Some solid absorbs what passes it.
+    pub absorption: bool,
+    /// Some surface may send light on in single directions only: a mirror, or smooth glass. Layers are seen through it.
+    pub delta_surfaces: bool,
 }
 
 impl Effects {
     /// What materials and vertices ask for; lights are filled in when they are packed.
     pub(crate) fn of_surfaces(materials: &[MaterialRecord], vertices: &[Vertex]) -> Effects {
         let any = |test: fn(&MaterialRecord) -> bool| materials.iter().any(test);
+        let vertex_colors = vertices.iter().any(|vertex| vertex.color != glam::Vec4::ONE);
         Effects {
             textures: any(|material| {
                 let textures = [material.base_color_texture, material.metallic_roughness_texture, material.emissive_texture];
                 material.normal_texture != NONE || textures.iter().any(|&texture| texture != NONE)
             }),
             normal_maps: any(|material| material.normal_texture != NONE),
-            vertex_colors: vertices.iter().any(|vertex| vertex.color != glam::Vec4::ONE),
+            vertex_colors,
             alpha: any(super::materials::has_alpha),
             interfaces: any(|material| {
                 let is_coated = material.flags & material_flags::COAT != 0 && material.transmission < 1.0;
@@ -56,6 +61,7 @@ impl Effects {
             transmission: any(|material| {
                 material.transmission > 0.0 && (material.metallic < 1.0 || material.metallic_roughness_texture != NONE)
             }),
+            delta_surfaces: materials.iter().any(|material| may_be_delta(material, vertex_colors)),
             ..Effects::default()
         }
     }
@@ -66,7 +72,7 @@ impl Effects {
     }
 
     /// By the names under which `@if` asks for them.
-    pub fn features(&self) -> [(&'static str, bool); 10] {
+    pub fn features(&self) -> [(&'static str, bool); 12] {
         [
             ("textures", self.textures),
             ("normal_maps", self.normal_maps),
@@ -78,6 +84,8 @@ impl Effects {
             ("triangle_lights", self.emissive_triangles),
             ("punctual_lights", self.punctual_lights),
             ("samplable_lights", self.samplable_lights),
+            ("absorption", self.absorption),
+            ("delta_surfaces", self.delta_surfaces),
         ]
     }
 
@@ -97,6 +105,20 @@ impl Effects {
     }
 }
 
+/// Narrower distributions of normals are mirrors, as the WGSL module `microfacet` has it.
+const ALPHA_MIRROR: f32 = 0.001;
+
+/// True unless it is certain that no point of the surface is a mirror or smooth glass alone: textures may take away what factors say.
+fn may_be_delta(material: &MaterialRecord, has_vertex_colors: bool) -> bool {
+    let is_textured = material.metallic_roughness_texture != NONE;
+    let may_be_black =
+        material.base_color_texture != NONE || has_vertex_colors || material.base_color[..3].iter().all(|&value| value <= 0.0);
+    let may_lack_base = material.metallic >= 1.0 || material.transmission >= 1.0 || may_be_black;
+    let has_interface = material.metallic > 0.0 || material.flags & material_flags::COAT != 0;
+    let may_mirror = has_interface && (is_textured || material.roughness * material.roughness < ALPHA_MIRROR);
+    may_lack_base && (may_mirror || material.transmission > 0.0)
+}
+
 #[cfg(test)]
 mod tests {
     use glam::Vec4;
@@ -110,6 +132,44 @@ mod tests {
         assert!(!Effects::of_surfaces(&[metal], &[]).transmission);
         let textured = MaterialRecord { metallic_roughness_texture: 0, ..metal };
         assert!(Effects::of_surfaces(&[textured], &[]).transmission);
+    }
+
+    // Kills: a bound on mirrors that the kernels do not have.
+    #[test]
+    fn host_and_kernels_agree_on_mirrors() {
+        let module = wavepool_shaders::PATH_TRACER.iter().find(|module| module.path == "path_tracer::microfacet").expect("it is there");
+        assert!(module.text.contains(&format!("const ALPHA_MIRROR: f32 = {ALPHA_MIRROR};")));
+    }
+
+    // Kills: following paths through surfaces that are never smooth alone, or not following where a texture makes one so.
+    #[test]
+    fn only_mirrors_and_glass_call_for_followed_paths() {
+        let plain = MaterialRecord {
+            base_color: [0.5; 4],
+            roughness: 0.0,
+            flags: material_flags::COAT,
+            base_color_texture: NONE,
+            metallic_roughness_texture: NONE,
+            normal_texture: NONE,
+            emissive_texture: NONE,
+            ..MaterialRecord::default()
+        };
+        let metal = MaterialRecord { metallic: 1.0, ..plain };
+        let glass = MaterialRecord { transmission: 1.0, roughness: 0.5, ..plain };
+        let rough = MaterialRecord { roughness: 0.1, ..metal };
+        let cases = [
+            ("polished plastic", plain, false),
+            ("half glass", MaterialRecord { transmission: 0.5, ..plain }, false),
+            ("rough metal", rough, false),
+            ("metal", metal, true),
+            ("glass", glass, true),
+            ("black plastic", MaterialRecord { base_color: [0.0, 0.0, 0.0, 1.0], ..plain }, true),
+            ("plastic with a picture", MaterialRecord { base_color_texture: 0, ..plain }, true),
+            ("metal with a picture of roughness", MaterialRecord { metallic_roughness_texture: 0, ..rough }, true),
+        ];
+        for (name, material, expected) in cases {
+            assert_eq!(Effects::of_surfaces(&[material], &[]).delta_surfaces, expected, "{name}");
+        }
     }
 
     // Kills: a row of attributes that the vertices do not have, an effect that nothing calls for.

@@ -72,4 +72,10 @@ pub enum Error {
         /// Entries it holds.
         texels: usize,
     },
+    /// A layer that there is not.
+    #[error("there is no layer `{name}`; layers are {}, or all, or none", super::LayerRequest::NAMES.join(", "))]
+    UnknownLayer {
+        /// As it was written.
+        name: String,
+    },
 }

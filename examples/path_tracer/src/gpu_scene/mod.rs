@@ -5,6 +5,7 @@
 //!
 //! **Invariant:** whatever packs is valid for the kernels: indices in range, numbers finite, tables exact, sizes within a binding.
 
+mod absorption;
 pub mod alias;
 pub mod coat;
 pub mod effects;
@@ -12,6 +13,7 @@ mod environment;
 pub mod error;
 mod geometry;
 pub mod hierarchy;
+pub mod layers;
 mod lights;
 mod materials;
 pub mod normalise;
@@ -25,6 +27,7 @@ use std::borrow::Cow;
 
 pub use effects::Effects;
 pub use error::Error;
+pub use layers::LayerRequest;
 pub use normalise::Normalisation;
 pub use records::records_wgsl;
 
@@ -48,6 +51,10 @@ pub struct PackOptions {
     pub roulette_floor: f32,
     /// How light is found.
     pub light_strategy: LightStrategy,
+    /// What is asked for beside the colour.
+    pub layers: LayerRequest,
+    /// The sample that numbers of objects and materials are taken from.
+    pub first_sample: u32,
     /// Bytes that one binding can hold.
     pub binding_limit: u64,
 }
@@ -62,6 +69,8 @@ impl Default for PackOptions {
             roulette_depth: 4,
             roulette_floor: 0.05,
             light_strategy: LightStrategy::Mis,
+            layers: LayerRequest::NONE,
+            first_sample: 0,
             binding_limit: 128 << 20,
         }
     }
@@ -125,7 +134,8 @@ pub struct GpuScene {
     pub normalisation: Normalisation,
     /// What is in it.
     pub facts: Facts,
-    constants: [(&'static str, u32); 8],
+    layers: LayerRequest,
+    constants: Vec<(&'static str, u32)>,
 }
 
 impl GpuScene {
@@ -147,6 +157,8 @@ impl GpuScene {
         let mut textures = textures::Textures::default();
         let materials = materials::pack(scene, &mut textures, warnings)?;
         let mut effects = Effects::of_surfaces(&materials, &scene.vertices);
+        let absorption = absorption::rows(scene, &materials, &normalisation, warnings);
+        effects.absorption = absorption.is_some();
         let mut geometry = geometry::pack(scene, &normalisation, &materials, warnings)?;
 
         // The panorama takes what the images leave of the texel buffer.
@@ -168,7 +180,12 @@ impl GpuScene {
         view.roulette_floor = options.roulette_floor.clamp(1e-6, 1.0);
         view.bvh_root = geometry.hierarchy.root;
         view.vertices = (geometry.triangles.len() * 4) as u32;
-        let tables = Tables::build(&mut view, &materials, textures, &lights, environment.as_ref());
+        let mut tables = Tables::build(&mut view, &materials, textures, &lights, environment.as_ref());
+
+        let layer_table = options.layers.append_table(&mut tables, options.first_sample, &geometry.triangles, &scene.object_of);
+        let mut constants = effects.constants(geometry.hierarchy.depth, options.light_strategy).to_vec();
+        constants.extend(absorption.map(|rows| ("ABSORPTION_TABLE", tables.append(rows.as_flattened()))));
+        constants.extend(layer_table.map(|row| ("LAYER_TABLE", row)));
 
         let mut triangles = bytemuck::cast_slice(&geometry.triangles).to_vec();
         triangles.extend_from_slice(bytemuck::cast_slice(&geometry::vertex_rows(&scene.vertices, &effects)));
@@ -184,13 +201,24 @@ impl GpuScene {
             tables: bounded("materials and lights", bytemuck::cast_slice(&tables.rows).to_vec(), limit)?,
             texels: bounded("texels", bytemuck::cast_slice(&tables.texels).to_vec(), limit)?,
             normalisation,
-            constants: effects.constants(facts.bvh_depth, options.light_strategy),
+            constants,
+            layers: options.layers,
             facts,
         })
     }
 
+    /// What conditions in the modules may ask for: effects of the scene and layers of the request.
+    pub fn features(&self) -> Vec<(&'static str, bool)> {
+        self.facts.effects.features().into_iter().chain(self.layers.features()).collect()
+    }
+
+    /// What is asked for beside the colour.
+    pub fn layers(&self) -> LayerRequest {
+        self.layers
+    }
+
     /// All modules that the stages import: shared math, the path tracer's files and the generated records. What the scene calls for is
-    /// decided by [`Effects::features`] and [`constants`](Self::constants).
+    /// decided by [`features`](Self::features) and [`constants`](Self::constants).
     pub fn program_modules(&self) -> Vec<ProgramModule> {
         let file = |module: &wavepool_shaders::Module| ProgramModule {
             path: Cow::Borrowed(module.path),

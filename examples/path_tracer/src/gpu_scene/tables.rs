@@ -60,7 +60,7 @@ impl Tables {
     }
 
     /// Copies words to the next free row and returns that row.
-    fn append(&mut self, words: &[u32]) -> u32 {
+    pub(crate) fn append(&mut self, words: &[u32]) -> u32 {
         let first = self.rows.len() as u32;
         self.rows.extend(words.chunks(4).map(|chunk| std::array::from_fn(|i| chunk.get(i).copied().unwrap_or(0))));
         first

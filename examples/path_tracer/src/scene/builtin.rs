@@ -54,17 +54,25 @@ fn cornell_box() -> Scene {
     let size = Vec3::new(0.5528, 0.5488, 0.5592);
     // The camera looks along +Z, so +X is on its left. The wall behind it does not exist.
     let (x, y, z) = (Vec3::X * size.x, Vec3::Y * size.y, Vec3::Z * size.z);
-    shapes::quad(&mut scene, Vec3::ZERO, z, x, white);
-    shapes::quad(&mut scene, y, x, z, white);
-    shapes::quad(&mut scene, z, y, x, white);
-    shapes::quad(&mut scene, x, z, y, red);
-    shapes::quad(&mut scene, Vec3::ZERO, y, z, green);
+    for (name, corner, u, v, material) in [
+        ("floor", Vec3::ZERO, z, x, white),
+        ("ceiling", y, x, z, white),
+        ("back wall", z, y, x, white),
+        ("red wall", x, z, y, red),
+        ("green wall", Vec3::ZERO, y, z, green),
+    ] {
+        shapes::quad(&mut scene, corner, u, v, material);
+        scene.name_object(name);
+    }
     // Just below the ceiling, so that the two never compete for a ray.
     let corner = Vec3::new(0.213, size.y - 0.0005, 0.227);
     shapes::quad(&mut scene, corner, Vec3::X * 0.130, Vec3::Z * 0.105, light);
+    scene.name_object("lamp");
     let (short, tall) = (Vec3::new(0.0825, 0.0825, 0.0825), Vec3::new(0.0825, 0.165, 0.0825));
     shapes::cuboid(&mut scene, Vec3::new(0.1855, short.y, 0.169), short, 0.29, white);
+    scene.name_object("short block");
     shapes::cuboid(&mut scene, Vec3::new(0.3685, tall.y, 0.351), tall, -0.30, white);
+    scene.name_object("tall block");
     scene.cameras.push(Camera {
         name: String::from("front"),
         world_from_camera: look_at(Vec3::new(0.278, 0.273, -0.8), Vec3::new(0.278, 0.273, 0.0)),
@@ -92,8 +100,10 @@ fn mirror_corridor() -> Scene {
     };
     let (mirror, floor, ceiling, end, light, first_color) = (0, 1, 2, 3, 4, 5);
     shapes::room(&mut scene, Vec3::new(-1.2, 0.0, -4.0), Vec3::new(1.2, 2.6, 4.0), [mirror, mirror, floor, ceiling, end, end]);
+    scene.name_object("walls");
     // One strip along the whole corridor, just below the ceiling.
     shapes::quad(&mut scene, Vec3::new(-0.1, 2.595, -3.6), Vec3::X * 0.2, Vec3::Z * 7.2, light);
+    scene.name_object("lamp");
     // Pillars and boxes on both sides in turn, so that every reflection shows another row of them.
     for index in 0..6u32 {
         let side = if index % 2 == 0 { -1.0 } else { 1.0 };
@@ -101,6 +111,7 @@ fn mirror_corridor() -> Scene {
         let half = if index % 3 == 0 { Vec3::new(0.12, 1.0, 0.12) } else { Vec3::new(0.18, 0.25, 0.18) };
         let center = Vec3::new(side * 0.65, half.y, z);
         shapes::cuboid(&mut scene, center, half, 0.4 * index as f32, first_color + index % 4);
+        scene.name_object(&format!("block {index}"));
     }
     scene.cameras.push(Camera {
         name: String::from("inside"),

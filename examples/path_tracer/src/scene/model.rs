@@ -19,6 +19,10 @@ pub struct Scene {
     pub vertices: Vec<Vertex>,
     /// Counter-clockwise seen from the front.
     pub triangles: Vec<Triangle>,
+    /// Per triangle the number of its object, into [`Scene::objects`]; empty when all are one thing, number 0.
+    pub object_of: Vec<u32>,
+    /// Names of the objects, for messages and lists.
+    pub objects: Vec<String>,
     /// Never empty when there are triangles.
     pub materials: Vec<Material>,
     /// Decoded images, shared by materials.
@@ -38,6 +42,15 @@ impl Scene {
             self.materials.get(triangle.material as usize).is_some_and(|material| material.emissive.max_element() > 0.0)
         };
         self.environment.is_some() || !self.lights.is_empty() || self.triangles.iter().any(emits)
+    }
+
+    /// Makes one object of all triangles that belong to none yet; without such triangles there is none of this name.
+    pub fn name_object(&mut self, name: &str) {
+        if self.object_of.len() < self.triangles.len() {
+            let number = u32::try_from(self.objects.len()).unwrap_or(u32::MAX);
+            self.object_of.resize(self.triangles.len(), number);
+            self.objects.push(String::from(name));
+        }
     }
 }
 
@@ -98,6 +111,10 @@ pub struct Material {
     pub ior: f32,
     /// True when the surface bounds a solid (refract), false for a thin sheet (pass straight).
     pub solid: bool,
+    /// What the inside of a solid leaves of white light after `attenuation_distance`.
+    pub attenuation_color: Vec3,
+    /// Metres; infinite when the inside absorbs nothing.
+    pub attenuation_distance: f32,
 }
 
 impl Default for Material {
@@ -118,6 +135,8 @@ impl Default for Material {
             transmission: 0.0,
             ior: 1.5,
             solid: false,
+            attenuation_color: Vec3::ONE,
+            attenuation_distance: f32::INFINITY,
         }
     }
 }

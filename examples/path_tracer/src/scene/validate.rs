@@ -5,7 +5,7 @@
 
 use glam::{DVec3, Vec3, Vec4};
 
-use super::model::{AlphaMode, Camera, LightKind, Material, Projection, PunctualLight, Scene, Vertex};
+use super::model::{AlphaMode, Camera, LightKind, Material, Projection, PunctualLight, Scene, Triangle, Vertex};
 use crate::error::{Error, Fault};
 
 /// An axis-aligned box.
@@ -40,6 +40,13 @@ impl Scene {
                 return Err(Fault::invalid(place(), format_args!("material {} does not exist", triangle.material)));
             }
         }
+        if !self.object_of.is_empty() && self.object_of.len() != self.triangles.len() {
+            let what = format_args!("{} numbers for {} triangles", self.object_of.len(), self.triangles.len());
+            return Err(Fault::invalid("objects", what));
+        }
+        if let Some(object) = self.object_of.iter().find(|&&object| object as usize >= self.objects.len()) {
+            return Err(Fault::invalid("objects", format_args!("object {object} does not exist")));
+        }
         for material in &self.materials {
             check_material(material, self.images.len())
                 .map_err(|what| Fault::invalid(format_args!("material '{}'", material.name), what))?;
@@ -65,7 +72,11 @@ impl Scene {
     fn drop_degenerate(&mut self) {
         let before = self.triangles.len();
         let vertices = &self.vertices;
-        self.triangles.retain(|t| has_area(t.vertices.map(|v| vertices[v as usize].position)));
+        let stays = |t: &Triangle| has_area(t.vertices.map(|v| vertices[v as usize].position));
+        // Numbers of objects go with their triangles.
+        let mut triangles = self.triangles.iter();
+        self.object_of.retain(|_| triangles.next().is_some_and(stays));
+        self.triangles.retain(stays);
         let dropped = before - self.triangles.len();
         if dropped > 0 {
             self.warnings.push(format!("{dropped} triangles without an area are left out"));
@@ -113,6 +124,9 @@ fn check_material(material: &Material, n_images: usize) -> Result<(), String> {
     let numbers = [material.metallic, material.roughness, material.normal_scale, material.transmission, material.ior, cutoff];
     if !material.base_color.is_finite() || !material.emissive.is_finite() || !numbers.iter().all(|x| x.is_finite()) {
         return Err(String::from("a factor is not finite"));
+    }
+    if !material.attenuation_color.is_finite() || material.attenuation_distance.is_nan() || material.attenuation_distance <= 0.0 {
+        return Err(String::from("the attenuation is not finite, or its distance not positive"));
     }
     let (metallic_roughness, normal) = (&material.metallic_roughness_texture, &material.normal_texture);
     for used in [&material.base_color_texture, metallic_roughness, normal, &material.emissive_texture].into_iter().flatten() {
@@ -193,6 +207,19 @@ mod tests {
         assert_eq!(scene.bounds(), None);
     }
 
+    // Kills: numbers of objects that slip to the neighbours of a dropped triangle, an object without triangles.
+    #[test]
+    fn objects_keep_their_triangles() {
+        let mut scene = quad();
+        scene.name_object("first");
+        scene.name_object("nothing new");
+        scene.triangles[0].vertices = [1, 1, 2];
+        shapes::quad(&mut scene, Vec3::Z, Vec3::X, Vec3::Y, 0);
+        scene.name_object("second");
+        scene.validate().unwrap();
+        assert_eq!((scene.object_of, scene.objects), (vec![0, 1, 1], vec![String::from("first"), String::from("second")]));
+    }
+
     // Kills: a check that lets the index one past the end through, and one that forgets NaN.
     #[test]
     fn violations_name_their_place() {
@@ -202,5 +229,11 @@ mod tests {
         let mut scene = quad();
         scene.vertices[3].position.y = f32::NAN;
         assert_eq!(scene.validate().unwrap_err().to_string(), "test: vertex 3: the position is not finite");
+        let mut scene = quad();
+        scene.name_object("quad");
+        shapes::quad(&mut scene, Vec3::Z, Vec3::X, Vec3::Y, 0);
+        assert_eq!(scene.clone().validate().unwrap_err().to_string(), "test: objects: 2 numbers for 4 triangles");
+        scene.object_of = vec![0, 0, 0, 1];
+        assert_eq!(scene.validate().unwrap_err().to_string(), "test: objects: object 1 does not exist");
     }
 }

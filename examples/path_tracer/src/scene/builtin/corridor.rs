@@ -46,15 +46,20 @@ pub(super) fn corridor() -> Scene {
         ..Scene::default()
     };
     shell(&mut scene);
+    scene.name_object("shell");
     window_wall(&mut scene);
+    scene.name_object("window wall");
     aisle_wall(&mut scene);
+    scene.name_object("aisle wall and rooms");
     for bay in 0..BAYS {
         column(&mut scene, Vec3::new(COLUMNS, 0.0, middle_of(bay) - 0.5 * LENGTH / BAYS as f32));
         // Beams from wall to wall, over the columns.
         let z = middle_of(bay) - 0.5 * LENGTH / BAYS as f32;
         block(&mut scene, Vec3::new(WINDOWS, HEIGHT - 0.3, z - 0.15), Vec3::new(AISLE, HEIGHT, z + 0.15), PLASTER);
+        scene.name_object(&format!("column {bay}"));
     }
     furniture(&mut scene);
+    scene.name_object("furniture");
     scene.cameras.push(Camera {
         name: String::from("entrance"),
         world_from_camera: look_at(Vec3::new(0.35, 1.6, -0.5), Vec3::new(0.1, 1.35, -9.0)),

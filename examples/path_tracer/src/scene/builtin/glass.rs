@@ -40,7 +40,9 @@ pub(super) fn glass() -> Scene {
     };
     scene.materials.extend(TINTS.map(body));
     shapes::room(&mut scene, Vec3::new(-1.6, 0.0, -1.4), Vec3::new(1.6, 2.0, 2.2), [WARM, COOL, TABLE, WALL, WALL, WALL]);
+    scene.name_object("walls");
     shapes::quad(&mut scene, Vec3::new(-0.8, 1.995, -0.9), Vec3::X * 1.6, Vec3::Z * 1.6, LIGHT);
+    scene.name_object("lamp");
     // Rows of bodies, every second row shifted; none touches another or the table.
     for row in 0..5u32 {
         for column in 0..7u32 {
@@ -61,6 +63,7 @@ pub(super) fn glass() -> Scene {
                     shapes::icosphere(&mut scene, place + Vec3::Y * (height + 0.09), 0.08, 3, FIRST_GLASS);
                 }
             }
+            scene.name_object(&format!("group {number}"));
         }
     }
     scene.cameras.push(Camera {

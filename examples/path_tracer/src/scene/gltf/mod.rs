@@ -144,6 +144,7 @@ impl Reader<'_> {
                 bake::bake(&mut self.scene, made, placed.world_from_node)
                     .map_err(|f| f.within(format_args!("mesh {index}, primitive {primitive}")))?;
             }
+            self.scene.name_object(&node.name.clone().unwrap_or_else(|| format!("node {}", placed.node)));
         }
         if let Some(index) = node.camera {
             self.show_camera(node, index, placed).map_err(|f| f.within(format_args!("camera {index}")))?;
