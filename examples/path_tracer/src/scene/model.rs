@@ -8,6 +8,8 @@
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
 
+use super::material_extensions::MaterialExtensions;
+
 /// A complete scene: what is lit, what lights it, and from where it is seen.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
@@ -48,7 +50,7 @@ pub struct Vertex {
     pub position: Vec3,
     /// Unit length; the geometric normal when the file has none.
     pub normal: Vec3,
-    /// `xyz` unit length, `w` the sign of the bitangent; zero when no normal map asks for it.
+    /// `xyz` unit length, `w` the sign of the bitangent; zero when nothing in the material asks for a tangent space.
     pub tangent: Vec4,
     /// Texture coordinates, set 0 and set 1 (equal when the file has one set).
     pub uv: [Vec2; 2],
@@ -98,6 +100,8 @@ pub struct Material {
     pub ior: f32,
     /// True when the surface bounds a solid (refract), false for a thin sheet (pass straight).
     pub solid: bool,
+    /// What the file says beyond this model, kept whole.
+    pub extensions: MaterialExtensions,
 }
 
 impl Default for Material {
@@ -118,6 +122,7 @@ impl Default for Material {
             transmission: 0.0,
             ior: 1.5,
             solid: false,
+            extensions: MaterialExtensions::default(),
         }
     }
 }

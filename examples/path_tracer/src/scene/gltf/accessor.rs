@@ -22,15 +22,19 @@ impl Table {
         self.values.len() / self.width
     }
 
+    /// One element as an array; numbers that it lacks, or all when it does not exist, are taken from `fill`.
+    pub(super) fn row<const N: usize>(&self, index: usize, fill: [f32; N]) -> [f32; N] {
+        let element = self.values.chunks_exact(self.width).nth(index).unwrap_or_default();
+        let mut row = fill;
+        for (to, from) in row.iter_mut().zip(element) {
+            *to = *from;
+        }
+        row
+    }
+
     /// The elements as arrays; numbers that an element lacks are taken from `fill`.
     pub(super) fn rows<const N: usize>(&self, fill: [f32; N]) -> impl Iterator<Item = [f32; N]> + '_ {
-        self.values.chunks_exact(self.width).map(move |element| {
-            let mut row = fill;
-            for (to, from) in row.iter_mut().zip(element) {
-                *to = *from;
-            }
-            row
-        })
+        (0..self.len()).map(move |index| self.row(index, fill))
     }
 }
 
@@ -108,7 +112,12 @@ impl<'a> Accessors<'a> {
         self.get(index).map(|accessor| accessor.buffer_view.is_some() || accessor.sparse.is_some())
     }
 
-    /// Reads vectors whose width is one of `widths`.
+    /// How many elements the accessor says it has.
+    pub(super) fn count(&self, index: usize) -> Result<usize, Fault> {
+        self.get(index).map(|accessor| accessor.count)
+    }
+
+    /// Reads vectors, or matrices column by column, whose width is one of `widths`.
     pub(super) fn table(&self, index: usize, widths: &[usize]) -> Result<Table, Fault> {
         let accessor = self.get(index)?;
         self.read_table(accessor, widths).map_err(|f| f.within(format_args!("accessor {index}")))
@@ -120,6 +129,7 @@ impl<'a> Accessors<'a> {
             "VEC2" => 2,
             "VEC3" => 3,
             "VEC4" => 4,
+            "MAT4" => 16,
             _ => 0,
         };
         if !widths.contains(&width) {

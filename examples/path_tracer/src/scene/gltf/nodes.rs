@@ -6,7 +6,8 @@
 use glam::{DMat4, DQuat, DVec3};
 
 use super::Warnings;
-use super::json::{Document, Node};
+use super::animation::Pose;
+use super::json::Document;
 use crate::error::Fault;
 
 /// A node that is shown.
@@ -15,25 +16,55 @@ pub(super) struct Placed {
     pub(super) world_from_node: DMat4,
 }
 
-/// The nodes of the scene that the file asks for, parents first.
-pub(super) fn place(document: &Document, warnings: &mut Warnings) -> Result<Vec<Placed>, Fault> {
+/// The nodes of a file in a pose.
+pub(super) struct Graph<'a> {
+    document: &'a Document,
+    pose: &'a Pose,
+    parents: Vec<Option<usize>>,
+    /// The nodes of the scene that the file asks for, parents first.
+    pub(super) placed: Vec<Placed>,
+    /// For each node of the file its place in `placed`.
+    place_of_node: Vec<Option<usize>>,
+}
+
+impl Graph<'_> {
+    /// Where a node stands, shown or not.
+    pub(super) fn world_from_node(&self, node: usize) -> Result<DMat4, Fault> {
+        let place = self.place_of_node.get(node).ok_or_else(|| Fault::invalid(format_args!("node {node}"), "it does not exist"))?;
+        if let Some(placed) = place.and_then(|place| self.placed.get(place)) {
+            return Ok(placed.world_from_node);
+        }
+        // Joints may hang outside of the scene. The graph is a forest, so this climb ends.
+        let mut world = DMat4::IDENTITY;
+        let mut next = Some(node);
+        while let Some(index) = next {
+            world = local(self.document, index, self.pose, &mut Warnings::default()) * world;
+            next = self.parents[index];
+        }
+        Ok(world)
+    }
+}
+
+/// Puts the nodes of the scene that the file asks for into the world.
+pub(super) fn place<'a>(document: &'a Document, pose: &'a Pose, warnings: &mut Warnings) -> Result<Graph<'a>, Fault> {
     let parents = parents(document)?;
     let roots: Vec<usize> = match (document.scene.unwrap_or(0), document.scenes.is_empty()) {
         (0, true) if document.scene.is_none() => (0..document.nodes.len()).filter(|&n| parents[n].is_none()).collect(),
         (scene, _) => scene_roots(document, scene, &parents)?,
     };
     let mut placed = Vec::new();
+    let mut place_of_node = vec![None; document.nodes.len()];
     let mut open: Vec<(usize, DMat4)> = roots.into_iter().rev().map(|root| (root, DMat4::IDENTITY)).collect();
     while let Some((index, world_from_parent)) = open.pop() {
-        let node = &document.nodes[index];
-        let world_from_node = world_from_parent * local(node, index, warnings);
+        let world_from_node = world_from_parent * local(document, index, pose, warnings);
         if !world_from_node.is_finite() {
             return Err(Fault::invalid(format_args!("node {index}"), "the transform is not finite"));
         }
+        place_of_node[index] = Some(placed.len());
         placed.push(Placed { node: index, world_from_node });
-        open.extend(node.children.iter().rev().map(|&child| (child, world_from_node)));
+        open.extend(document.nodes[index].children.iter().rev().map(|&child| (child, world_from_node)));
     }
-    Ok(placed)
+    Ok(Graph { document, pose, parents, placed, place_of_node })
 }
 
 fn scene_roots(document: &Document, scene: usize, parents: &[Option<usize>]) -> Result<Vec<usize>, Fault> {
@@ -82,13 +113,19 @@ fn parents(document: &Document) -> Result<Vec<Option<usize>>, Fault> {
     }
 }
 
-fn local(node: &Node, index: usize, warnings: &mut Warnings) -> DMat4 {
+/// The transform of a node relative to its parent; what the pose says replaces what the file says.
+fn local(document: &Document, index: usize, pose: &Pose, warnings: &mut Warnings) -> DMat4 {
+    let node = &document.nodes[index];
+    let moved = pose.of(index).cloned().unwrap_or_default();
     if let Some(matrix) = &node.matrix {
+        if moved.translation.is_some() || moved.rotation.is_some() || moved.scale.is_some() {
+            warnings.push(format!("node {index}: it has a matrix, so its animation is left out"));
+        }
         return DMat4::from_cols_array(matrix);
     }
-    let translation = node.translation.map_or(DVec3::ZERO, DVec3::from_array);
-    let scale = node.scale.map_or(DVec3::ONE, DVec3::from_array);
-    let rotation = node.rotation.map_or(DQuat::IDENTITY, DQuat::from_array);
+    let translation = moved.translation.or(node.translation.map(DVec3::from_array)).unwrap_or(DVec3::ZERO);
+    let scale = moved.scale.or(node.scale.map(DVec3::from_array)).unwrap_or(DVec3::ONE);
+    let rotation = moved.rotation.or(node.rotation.map(DQuat::from_array)).unwrap_or(DQuat::IDENTITY);
     let length = rotation.length();
     let rotation = if length > 0.0 && length.is_finite() {
         rotation / length
@@ -106,7 +143,7 @@ mod tests {
 
     fn placed(nodes: &str) -> Result<Vec<Placed>, Fault> {
         let text = format!(r#"{{"asset":{{"version":"2.0"}},{nodes}}}"#);
-        place(&parse(text.as_bytes())?, &mut Warnings::default())
+        place(&parse(text.as_bytes())?, &Pose::default(), &mut Warnings::default()).map(|graph| graph.placed)
     }
 
     // Kills: a walk that never ends on a cycle, and one that shows a shared child twice.

@@ -1,9 +1,15 @@
 //! Whole files, made here: what only shows when all the modules of the reader work together.
 
+mod compressed;
+mod copies;
+mod pictures;
+mod poses;
+
 use std::path::Path;
 
 use glam::{Vec3, Vec4};
 
+use super::super::LoadOptions;
 use super::super::model::Scene;
 use super::read;
 
@@ -18,16 +24,35 @@ fn base64(bytes: &[u8]) -> String {
 
 /// A file whose only buffer holds `numbers`; every bufferView shows a number of bytes from an offset.
 fn file(numbers: &[f32], views: &[(usize, usize)], rest: &str) -> Result<Scene, String> {
-    let bytes: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
+    file_with(numbers, views, rest, &LoadOptions::default())
+}
+
+fn file_with(numbers: &[f32], views: &[(usize, usize)], rest: &str, options: &LoadOptions) -> Result<Scene, String> {
     let view = |&(offset, length): &(usize, usize)| format!(r#"{{"buffer":0,"byteOffset":{offset},"byteLength":{length}}}"#);
-    let views: Vec<String> = views.iter().map(view).collect();
+    of_views(numbers, &views.iter().map(view).collect::<Vec<_>>(), rest, options)
+}
+
+/// The same with a stride for every bufferView.
+fn strided(numbers: &[f32], views: &[(usize, usize, usize)], rest: &str) -> Result<Scene, String> {
+    let view = |&(offset, length, stride): &(usize, usize, usize)| {
+        format!(r#"{{"buffer":0,"byteOffset":{offset},"byteLength":{length},"byteStride":{stride}}}"#)
+    };
+    of_views(numbers, &views.iter().map(view).collect::<Vec<_>>(), rest, &LoadOptions::default())
+}
+
+fn of_views(numbers: &[f32], views: &[String], rest: &str, options: &LoadOptions) -> Result<Scene, String> {
+    let bytes: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
+    of_bytes(&bytes, views, rest, options)
+}
+
+fn of_bytes(bytes: &[u8], views: &[String], rest: &str, options: &LoadOptions) -> Result<Scene, String> {
     let text = format!(
         r#"{{"asset":{{"version":"2.0"}},"buffers":[{{"byteLength":{},"uri":"data:;base64,{}"}}],"bufferViews":[{}],{rest}}}"#,
         bytes.len(),
-        base64(&bytes),
+        base64(bytes),
         views.join(",")
     );
-    let mut scene = read(Path::new("a.gltf"), text.as_bytes()).map_err(|f| f.in_named("a.gltf").to_string())?;
+    let mut scene = read(Path::new("a.gltf"), text.as_bytes(), options).map_err(|f| f.in_named("a.gltf").to_string())?;
     scene.check().map_err(|f| f.in_named("a.gltf").to_string())?;
     Ok(scene)
 }
