@@ -1,6 +1,6 @@
 //! Animations, morph targets and skins against closed forms.
 
-use glam::{Vec2, Vec3};
+use glam::{Quat, Vec2, Vec3};
 
 use super::super::super::LoadOptions;
 use super::super::super::model::Scene;
@@ -115,9 +115,11 @@ fn targets_move_normals_and_texture_coordinates_too() {
     assert!(scene.vertices.iter().all(|vertex| vertex.uv == [Vec2::splat(0.5); 2] && vertex.tangent == glam::Vec4::ZERO));
 }
 
-/// A bar of two joints, one above the other, whose upper one is bent by a quarter turn at time 0; the weights are halved, and those of the
+const AROUND_Z: Quat = Quat::from_xyzw(0.0, 0.0, std::f32::consts::FRAC_1_SQRT_2, std::f32::consts::FRAC_1_SQRT_2);
+
+/// A bar of two joints, one above the other, whose upper one is turned at time 0; the weights are halved, and those of the
 /// upper joint are in a second set.
-fn bar(options: &LoadOptions, last_joint: u8) -> Result<Scene, String> {
+fn bar(options: &LoadOptions, last_joint: u8, turn: Quat) -> Result<Scene, String> {
     let mut numbers = vec![0., 0., 0., 1., 0., 0., 0., 2., 0., 3., 2., 0.];
     let joints = |joint: u8| [f32::from_bits(u32::from(joint)); 4];
     numbers.extend(joints(0));
@@ -128,7 +130,7 @@ fn bar(options: &LoadOptions, last_joint: u8) -> Result<Scene, String> {
     numbers.extend(glam::Mat4::IDENTITY.to_cols_array());
     numbers.extend(glam::Mat4::from_translation(-Vec3::Y).to_cols_array());
     numbers.push(0.0);
-    numbers.extend(glam::Quat::from_rotation_z(std::f32::consts::FRAC_PI_2).to_array());
+    numbers.extend(turn.to_array());
     let rest = r#""nodes":[{"mesh":0,"skin":0,"translation":[100,0,0]},{"children":[2]},{"translation":[0,1,0]}],
         "meshes":[{"primitives":[{"mode":5,
             "attributes":{"POSITION":0,"JOINTS_0":1,"JOINTS_1":2,"WEIGHTS_0":3,"WEIGHTS_1":4}}]}],
@@ -146,21 +148,32 @@ fn bar(options: &LoadOptions, last_joint: u8) -> Result<Scene, String> {
 }
 
 // Kills: the transform of the node that carries the mesh, a bind matrix on the wrong side, weights that are not made to add up to one,
-// sets of joints after the first, and normals of the rest pose.
+// and sets of joints after the first.
 #[test]
 fn a_bar_of_two_joints_bends() {
-    let rest = bar(&LoadOptions::default(), 1).unwrap();
+    let rest = bar(&LoadOptions::default(), 1, AROUND_Z).unwrap();
     assert!([Vec3::ZERO, Vec3::X, Vec3::Y * 2.0, Vec3::new(3.0, 2.0, 0.0)].into_iter().all(|p| has(&rest, p)));
-    let bent = bar(&at(0.0), 1).unwrap();
+    let bent = bar(&at(0.0), 1, AROUND_Z).unwrap();
     // The upper joint takes (3, 2) to (-1, 4); the third vertex stays half way between (0, 2) and (-1, 1).
     assert!([Vec3::ZERO, Vec3::X, Vec3::new(-0.5, 1.5, 0.0), Vec3::new(-1.0, 4.0, 0.0)].into_iter().all(|p| has(&bent, p)), "{bent:?}");
-    assert!(bent.vertices.iter().all(|vertex| vertex.normal.abs_diff_eq(Vec3::Z, 1e-6)), "{bent:?}");
     assert!(rest.warnings.iter().all(|line| !line.contains("skin")), "{:?}", rest.warnings);
+}
+
+// Kills: flat normals of the rest pose, and ones that each corner turns by its own joints.
+#[test]
+fn flat_normals_follow_the_bent_triangles() {
+    let bent = bar(&at(0.0), 1, Quat::from_rotation_x(1.0)).unwrap();
+    for triangle in &bent.triangles {
+        let [a, b, c] = triangle.vertices.map(|vertex| bent.vertices[vertex as usize]);
+        let normal = (b.position - a.position).cross(c.position - a.position).normalize();
+        assert!([a, b, c].iter().all(|corner| corner.normal.abs_diff_eq(normal, 1e-6)), "{normal}");
+    }
+    assert!(bent.vertices.iter().any(|vertex| vertex.normal.y.abs() > 0.1));
 }
 
 // Kills: a joint index that is trusted, and one that is refused although its weight is zero.
 #[test]
 fn a_joint_that_does_not_exist_is_named() {
-    let text = bar(&at(0.0), 2).unwrap_err();
+    let text = bar(&at(0.0), 2, AROUND_Z).unwrap_err();
     assert_eq!(text, "a.gltf: node 0, mesh 0, primitive 0, JOINTS: vertex 3 follows joint 2, there are 2");
 }
