@@ -95,8 +95,7 @@ fn morph_weights_follow_a_spline() {
     assert!(has(&read(&at(2.0)), Vec3::new(0.0, 0.0, 1.0)));
 }
 
-// Kills: displaced normals that are not normalised, displacements of attributes that the base lacks, and texture coordinates of one set
-// only.
+// Kills: normals that stay as they were, displacements of attributes that the base lacks, and texture coordinates of one set only.
 #[test]
 fn targets_move_normals_and_texture_coordinates_too() {
     let mut numbers = QUAD.to_vec();
