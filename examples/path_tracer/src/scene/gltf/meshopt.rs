@@ -82,3 +82,53 @@ impl Source {
         .map_err(|what| Fault::invalid("meshopt", what))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use meshoptimizer_rs::codec::{
+        ExpMode, VertexEncoding, encode_filter_color, encode_filter_exp, encode_filter_quat, encode_vertex_buffer,
+    };
+
+    use super::*;
+
+    fn decoded(filtered: &[u8], stride: usize, filter: &str) -> Vec<u8> {
+        let count = filtered.len() / stride;
+        let bytes = encode_vertex_buffer(filtered, count, stride, VertexEncoding::DEFAULT, &mut Workspace::default()).unwrap();
+        let (mode, filter) = (String::from("ATTRIBUTES"), Some(String::from(filter)));
+        let source = Source { buffer: 0, byte_offset: 0, byte_length: bytes.len(), byte_stride: stride, count, mode, filter };
+        source.decode(&bytes).unwrap()
+    }
+
+    // Kills: one filter taken for another; octahedral normals are tested with whole files.
+    #[test]
+    fn every_filter_is_undone_by_its_own_decoder() {
+        let mut workspace = Workspace::default();
+        let vectors = [1.5f32, -0.25, 1000.0, 0.0, 3.0e-3, -7.0];
+        let bytes = decoded(&encode_filter_exp(2, 12, 15, &vectors, ExpMode::Separate, &mut workspace).unwrap(), 12, "EXPONENTIAL");
+        let (numbers, _) = bytes.as_chunks::<4>();
+        for (number, expected) in numbers.iter().map(|number| f32::from_le_bytes(*number)).zip(vectors) {
+            assert!((number - expected).abs() <= expected.abs() * 1e-3, "{number} {expected}");
+        }
+        let turn = [0.5f32, -0.5, 0.5, 0.5];
+        let bytes = decoded(&encode_filter_quat(1, 8, 16, &turn, &mut workspace).unwrap(), 8, "QUATERNION");
+        let (numbers, _) = bytes.as_chunks::<2>();
+        let found: Vec<f32> = numbers.iter().map(|number| f32::from(i16::from_le_bytes(*number)) / 32767.0).collect();
+        let dot: f32 = found.iter().zip(turn).map(|(a, b)| a * b).sum();
+        assert!((dot.abs() - 1.0).abs() < 1e-3, "{found:?}");
+        let colors = [1.0f32, 0.0, 0.25, 1.0, 0.5, 0.75, 0.0, 0.5];
+        let bytes = decoded(&encode_filter_color(2, 4, 8, &colors, &mut workspace).unwrap(), 4, "COLOR");
+        for (byte, expected) in bytes.iter().zip(colors) {
+            assert!((f32::from(*byte) / 255.0 - expected).abs() < 0.02, "{byte} {expected}");
+        }
+    }
+
+    // Kills: a filter of vertices applied to indices, and a name that is passed over.
+    #[test]
+    fn filters_fit_their_modes() {
+        for (mode, filter) in [("TRIANGLES", "OCTAHEDRAL"), ("ATTRIBUTES", "CUBIC"), ("INDICES", "EXPONENTIAL")] {
+            let (mode, filter) = (String::from(mode), Some(String::from(filter)));
+            let source = Source { buffer: 0, byte_offset: 0, byte_length: 0, byte_stride: 4, count: 3, mode, filter };
+            assert!(source.decode(&[]).unwrap_err().in_named("x").to_string().contains("does not fit the mode"));
+        }
+    }
+}

@@ -80,9 +80,8 @@ fn variants_are_chosen_by_name() {
 #[test]
 fn kept_extensions_are_told_in_one_line() {
     let material = |coat: f32| {
-        format!(
-            r#"{{"extensions":{{"KHR_materials_clearcoat":{{"clearcoatFactor":{coat}}},"KHR_materials_dispersion":{{"dispersion":{coat}}}}}}}"#
-        )
+        let (coat, dispersion) = (format!(r#"{{"clearcoatFactor":{coat}}}"#), format!(r#"{{"dispersion":{coat}}}"#));
+        format!(r#"{{"extensions":{{"KHR_materials_clearcoat":{coat},"KHR_materials_dispersion":{dispersion}}}}}"#)
     };
     let read = |coat: f32| {
         let primitive = |material: usize| format!(r#"{{"mode":5,"attributes":{{"POSITION":0}},"material":{material}}}"#);
