@@ -96,6 +96,21 @@ fn sparse_values_replace_elements() {
     assert!(sparse(4).unwrap_err().contains("index 4 is out of range"));
 }
 
+// Kills: a sparse list of indices that is refused or read without its replacements, and one without bytes of its own.
+#[test]
+fn sparse_indices_replace_elements() {
+    // Three zeros become 0, 3, 2: the places 1 and 2 in bytes, then the new indices in 16 bits.
+    let mut numbers = vec![f32::from_bits(0x0000_0201), f32::from_bits(0x0002_0003)];
+    numbers.extend(QUAD);
+    let rest = r#""nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],
+        "accessors":[{"bufferView":2,"componentType":5126,"type":"VEC3","count":4},
+            {"componentType":5123,"type":"SCALAR","count":3,
+                "sparse":{"count":2,"indices":{"bufferView":0,"componentType":5121},"values":{"bufferView":1}}}]"#;
+    let scene = file(&numbers, &[(0, 2), (4, 4), (8, 48)], rest).unwrap();
+    let positions: Vec<Vec3> = scene.vertices.iter().map(|vertex| vertex.position).collect();
+    assert_eq!(positions, [Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]);
+}
+
 // Kills: MikkTSpace fed with v downwards, which turns every bump of a normal map into a dent.
 #[test]
 fn generated_bitangents_point_up_in_the_picture() {
