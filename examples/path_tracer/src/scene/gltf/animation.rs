@@ -16,6 +16,9 @@ use super::accessor::Accessors;
 use super::json::{self, Document};
 use crate::error::Fault;
 
+/// Elements of accessors that the channels of an animation may read together; one accessor may serve many channels.
+const ELEMENTS: usize = 1 << 28;
+
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Animation {
@@ -123,6 +126,7 @@ fn choose(document: &Document, wanted: Option<&str>, warnings: &mut Warnings) ->
 fn sample(document: &Document, index: usize, accessors: &Accessors<'_>, time: f32, warnings: &mut Warnings) -> Result<Pose, Fault> {
     let animation: Animation = json::part(&document.animations[index])?;
     let mut pose = Pose::default();
+    let mut n_elements_left = ELEMENTS;
     for (number, channel) in animation.channels.iter().enumerate() {
         let place = format!("channel {number}");
         // Without a node the target is told by an extension.
@@ -145,6 +149,9 @@ fn sample(document: &Document, index: usize, accessors: &Accessors<'_>, time: f3
         };
         let missing = || Fault::invalid(&place, format_args!("sampler {} does not exist", channel.sampler));
         let sampler = animation.samplers.get(channel.sampler).ok_or_else(missing)?;
+        let n_elements = accessors.count(sampler.input)?.saturating_add(accessors.count(sampler.output)?);
+        let too_many = || Fault::unsupported(&place, "an animation with so many keys");
+        n_elements_left = n_elements_left.checked_sub(n_elements).ok_or_else(too_many)?;
         let curve =
             Curve::read(sampler, width, accessors).map_err(|f| f.within(format_args!("sampler {}", channel.sampler)).within(&place))?;
         let value = curve.at(time, path == "rotation");

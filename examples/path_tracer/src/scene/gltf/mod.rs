@@ -104,6 +104,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<S
         accessors,
         pose: &pose,
         graph: &graph,
+        skins: HashMap::new(),
         variant,
         textures: Textures { document: &document, buffers: &buffers, scene: path, images: Vec::new(), known: HashMap::new(), n_texels: 0 },
         lights: extension::<Lights>(&document.extensions, "KHR_lights_punctual")?.unwrap_or_default(),
@@ -138,7 +139,8 @@ struct Reader<'a> {
     document: &'a Document,
     accessors: Accessors<'a>,
     pose: &'a Pose,
-    graph: &'a Graph<'a>,
+    graph: &'a Graph,
+    skins: HashMap<usize, Skin>,
     variant: Option<usize>,
     textures: Textures<'a>,
     lights: Lights,
@@ -203,7 +205,10 @@ impl Reader<'_> {
         let place = |number: usize| format!("mesh {mesh}, primitive {number}");
         let rigid = Transforms::Rigid(placed.world_from_node);
         if let Some(skin) = node.skin {
-            let skin = Skin::read(self.document, skin, &self.accessors, self.graph)?;
+            let skin = match self.skins.entry(skin) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(vacant) => vacant.insert(Skin::read(self.document, skin, &self.accessors, self.graph)?),
+            };
             if node.extensions.contains_key("EXT_mesh_gpu_instancing") {
                 self.warnings.push(format!("node {}: the instances of its skinned mesh are left out", placed.node));
             }

@@ -21,7 +21,8 @@ use crate::scene::Vertex;
 /// The weights of a node's morph targets up to the last that is not zero: those of the pose, of the node, of the mesh, or none.
 pub(super) fn weights(document: &Document, node: usize, mesh: usize, pose: &Pose, warnings: &mut Warnings) -> Result<Vec<f32>, Fault> {
     let Some(mesh) = document.meshes.get(mesh) else { return Ok(Vec::new()) };
-    let n_targets = mesh.primitives.iter().map(|primitive| primitive.targets.len()).max().unwrap_or(0);
+    // All primitives of a mesh have the same targets.
+    let n_targets = mesh.primitives.first().map_or(0, |primitive| primitive.targets.len());
     let own = &document.nodes[node].weights;
     let rest = if own.is_empty() { &mesh.weights } else { own };
     let mut weights = pose.of(node).and_then(|moved| moved.weights.as_ref()).unwrap_or(rest).clone();

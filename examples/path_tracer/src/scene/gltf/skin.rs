@@ -33,7 +33,7 @@ pub(super) struct Skin {
 
 impl Skin {
     /// Reads a skin in the pose of the graph.
-    pub(super) fn read(document: &Document, index: usize, accessors: &Accessors<'_>, graph: &Graph<'_>) -> Result<Skin, Fault> {
+    pub(super) fn read(document: &Document, index: usize, accessors: &Accessors<'_>, graph: &Graph) -> Result<Skin, Fault> {
         let place = || format!("skin {index}");
         let source = document.skins.get(index).ok_or_else(|| Fault::invalid(place(), "it does not exist"))?;
         let source: Source = json::part(source).map_err(|f| f.within(place()))?;

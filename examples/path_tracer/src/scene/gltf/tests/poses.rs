@@ -69,6 +69,19 @@ fn animations_are_chosen_by_name() {
     assert!(warnings.iter().any(|line| line.contains("2 animations are left out")), "{warnings:?}");
 }
 
+// Kills: a small file whose channels read a large accessor so often that reading never ends.
+#[test]
+fn the_keys_of_all_channels_are_capped() {
+    let channel = r#"{"sampler":0,"target":{"node":0,"path":"weights"}}"#;
+    let rest = format!(
+        r#""nodes":[{{}}],"accessors":[{{"componentType":5126,"type":"SCALAR","count":1000000}}],
+        "animations":[{{"channels":[{}],"samplers":[{{"input":0,"output":0}}]}}]"#,
+        [channel; 200].join(",")
+    );
+    let text = file_with(&[], &[], &rest, &at(0.0)).map(|scene| scene.vertices.len()).unwrap_err();
+    assert!(text.contains("channel 134: an animation with so many keys is not supported"), "{text}");
+}
+
 // Kills: splines whose tangents and values are read key by key instead of part by part, and weights that reach the wrong target.
 #[test]
 fn morph_weights_follow_a_spline() {
