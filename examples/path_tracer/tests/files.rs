@@ -8,7 +8,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use path_tracer::scene;
+use path_tracer::scene::{self, LoadOptions, Scene};
 
 const LONGEST: Duration = Duration::from_secs(5);
 
@@ -81,6 +81,16 @@ fn read_all<T>(
 // Kills: an index or a size that is trusted, a panic or an endless loop in any of the readers, and a scene that breaks its invariants.
 #[test]
 fn scenes_load_or_say_why_not() {
+    scenes_load(scene::load);
+}
+
+// Kills: the same in animations, whose curves are not looked at without a time.
+#[test]
+fn scenes_load_at_a_time() {
+    scenes_load(|path| scene::load_with(path, &LoadOptions { time: Some(0.7), ..LoadOptions::default() }));
+}
+
+fn scenes_load(load: impl Fn(&Path) -> Result<Scene, scene::Error>) {
     let Some(assets) = assets() else { return };
     let bad = assets.join("bad");
     let files = files(&assets, &["glb", "gltf"]);
@@ -88,7 +98,7 @@ fn scenes_load_or_say_why_not() {
     let (n_read, complaints) = read_all(
         &files,
         |path| path.starts_with(&bad),
-        scene::load,
+        load,
         |mut scene| {
             let n_triangles = scene.triangles.len();
             scene.validate().map_err(|e| e.to_string())?;

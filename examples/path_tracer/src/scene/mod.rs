@@ -13,6 +13,7 @@ pub mod framing;
 mod gltf;
 mod guard;
 pub mod limits;
+mod material_extensions;
 mod model;
 pub mod shapes;
 mod validate;
@@ -22,8 +23,20 @@ use std::path::Path;
 pub use crate::error::Error;
 pub use builtin::{BUILTIN, builtin};
 pub use environment::load_environment;
+pub use material_extensions::*;
 pub use model::*;
 pub use validate::Bounds;
+
+/// What a scene file is asked for; the default is what it shows by itself.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoadOptions {
+    /// Seconds at which animations are shown; without one everything is in its rest pose.
+    pub time: Option<f32>,
+    /// The name of the animation that is shown at `time`; without one it is the first of the file.
+    pub animation: Option<String>,
+    /// The name of the material variant (KHR_materials_variants); without one the materials are the default ones.
+    pub variant: Option<String>,
+}
 
 /// Reads a scene file: glTF 2.0, binary (`.glb`) or text (`.gltf`).
 ///
@@ -32,12 +45,20 @@ pub use validate::Bounds;
 /// # Errors
 /// When the file cannot be read, breaks its format, or requires an extension that is not supported.
 pub fn load(path: &Path) -> Result<Scene, Error> {
+    load_with(path, &LoadOptions::default())
+}
+
+/// [`load`] at a moment of an animation or with a variant of the materials.
+///
+/// # Errors
+/// As [`load`], and when the file has no animation or no variant of the name, or the time is not finite.
+pub fn load_with(path: &Path, options: &LoadOptions) -> Result<Scene, Error> {
     let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
     if !matches!(extension.as_deref(), Some("glb" | "gltf")) {
         return Err(Error::extension(path, ".glb or .gltf"));
     }
     let bytes = limits::read_file(path)?;
-    let mut scene = gltf::read(path, &bytes).map_err(|fault| fault.in_file(path))?;
+    let mut scene = gltf::read(path, &bytes, options).map_err(|fault| fault.in_file(path))?;
     scene.check().map_err(|fault| fault.in_file(path))?;
     if scene.triangles.is_empty() {
         scene.warnings.push(String::from("the scene shows no triangles"));

@@ -8,6 +8,8 @@
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
 
+use super::material_extensions::MaterialExtensions;
+
 /// A complete scene: what is lit, what lights it, and from where it is seen.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
@@ -61,7 +63,7 @@ pub struct Vertex {
     pub position: Vec3,
     /// Unit length; the geometric normal when the file has none.
     pub normal: Vec3,
-    /// `xyz` unit length, `w` the sign of the bitangent; zero when no normal map asks for it.
+    /// `xyz` unit length, `w` the sign of the bitangent; zero when nothing in the material asks for a tangent space.
     pub tangent: Vec4,
     /// Texture coordinates, set 0 and set 1 (equal when the file has one set).
     pub uv: [Vec2; 2],
@@ -115,6 +117,8 @@ pub struct Material {
     pub attenuation_color: Vec3,
     /// Metres; infinite when the inside absorbs nothing.
     pub attenuation_distance: f32,
+    /// What the file says beyond this model, kept whole.
+    pub extensions: MaterialExtensions,
 }
 
 impl Default for Material {
@@ -137,6 +141,7 @@ impl Default for Material {
             solid: false,
             attenuation_color: Vec3::ONE,
             attenuation_distance: f32::INFINITY,
+            extensions: MaterialExtensions::default(),
         }
     }
 }

@@ -128,8 +128,12 @@ fn check_material(material: &Material, n_images: usize) -> Result<(), String> {
     if !material.attenuation_color.is_finite() || material.attenuation_distance.is_nan() || material.attenuation_distance <= 0.0 {
         return Err(String::from("the attenuation is not finite, or its distance not positive"));
     }
+    if !material.extensions.is_finite() {
+        return Err(String::from("a number of an extension is not finite"));
+    }
     let (metallic_roughness, normal) = (&material.metallic_roughness_texture, &material.normal_texture);
-    for used in [&material.base_color_texture, metallic_roughness, normal, &material.emissive_texture].into_iter().flatten() {
+    let core = [&material.base_color_texture, metallic_roughness, normal, &material.emissive_texture];
+    for used in core.into_iter().flatten().chain(material.extensions.textures()) {
         if used.image as usize >= n_images {
             return Err(format!("image {} does not exist", used.image));
         }
@@ -175,6 +179,7 @@ fn check_camera(camera: &Camera) -> Result<(), &'static str> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::model::{TextureUse, Wrap};
     use super::super::shapes;
     use super::*;
 
@@ -226,6 +231,15 @@ mod tests {
         let mut scene = quad();
         scene.triangles[1].vertices[2] = 4;
         assert_eq!(scene.validate().unwrap_err().to_string(), "test: triangle 1: vertex 4 does not exist");
+        let mut scene = quad();
+        scene.materials[0].extensions.dispersion = Some(f32::INFINITY);
+        let expected = "test: material 'default': a number of an extension is not finite";
+        assert_eq!(scene.validate().unwrap_err().to_string(), expected);
+        let mut scene = quad();
+        let transform = [Vec3::X, Vec3::Y];
+        let texture = TextureUse { image: 0, uv_set: 0, wrap: [Wrap::Repeat; 2], linear: true, transform };
+        scene.materials[0].extensions.transmission_texture = Some(texture);
+        assert_eq!(scene.validate().unwrap_err().to_string(), "test: material 'default': image 0 does not exist");
         let mut scene = quad();
         scene.vertices[3].position.y = f32::NAN;
         assert_eq!(scene.validate().unwrap_err().to_string(), "test: vertex 3: the position is not finite");

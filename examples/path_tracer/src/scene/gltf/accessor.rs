@@ -22,15 +22,19 @@ impl Table {
         self.values.len() / self.width
     }
 
+    /// One element as an array; numbers that it lacks, or all when it does not exist, are taken from `fill`.
+    pub(super) fn row<const N: usize>(&self, index: usize, fill: [f32; N]) -> [f32; N] {
+        let element = self.values.chunks_exact(self.width).nth(index).unwrap_or_default();
+        let mut row = fill;
+        for (to, from) in row.iter_mut().zip(element) {
+            *to = *from;
+        }
+        row
+    }
+
     /// The elements as arrays; numbers that an element lacks are taken from `fill`.
     pub(super) fn rows<const N: usize>(&self, fill: [f32; N]) -> impl Iterator<Item = [f32; N]> + '_ {
-        self.values.chunks_exact(self.width).map(move |element| {
-            let mut row = fill;
-            for (to, from) in row.iter_mut().zip(element) {
-                *to = *from;
-            }
-            row
-        })
+        (0..self.len()).map(move |index| self.row(index, fill))
     }
 }
 
@@ -108,7 +112,12 @@ impl<'a> Accessors<'a> {
         self.get(index).map(|accessor| accessor.buffer_view.is_some() || accessor.sparse.is_some())
     }
 
-    /// Reads vectors whose width is one of `widths`.
+    /// How many elements the accessor says it has.
+    pub(super) fn count(&self, index: usize) -> Result<usize, Fault> {
+        self.get(index).map(|accessor| accessor.count)
+    }
+
+    /// Reads vectors, or matrices column by column, whose width is one of `widths`.
     pub(super) fn table(&self, index: usize, widths: &[usize]) -> Result<Table, Fault> {
         let accessor = self.get(index)?;
         self.read_table(accessor, widths).map_err(|f| f.within(format_args!("accessor {index}")))
@@ -120,6 +129,7 @@ impl<'a> Accessors<'a> {
             "VEC2" => 2,
             "VEC3" => 3,
             "VEC4" => 4,
+            "MAT4" => 16,
             _ => 0,
         };
         if !widths.contains(&width) {
@@ -136,27 +146,37 @@ impl<'a> Accessors<'a> {
                 let number = |bytes: &[u8]| component.read(bytes, accessor.normalized);
                 elements.flat_map(|bytes| bytes.chunks_exact(component.size())).map(number).collect()
             }
-            None if accessor.count > limits::IMPLIED_ELEMENTS => {
-                return Err(Fault::invalid("count", format_args!("{} elements without data are too many", accessor.count)));
-            }
-            None => vec![0.0; accessor.count * width],
+            None => vec![0.0; implied(accessor)? * width],
         };
-        if let Some(sparse) = &accessor.sparse {
-            let place = |f: Fault| f.within("sparse");
-            let indices = self.buffers.view(sparse.indices.buffer_view).map_err(place)?;
-            let new_values = self.buffers.view(sparse.values.buffer_view).map_err(place)?;
-            let index_type = Component::of(sparse.indices.component_type).map_err(place)?;
-            let indices = elements(indices, sparse.indices.byte_offset, index_type.size(), sparse.count).map_err(place)?;
-            let new_values = elements(new_values, sparse.values.byte_offset, element, sparse.count).map_err(place)?;
-            for (index, bytes) in indices.map(|bytes| index_type.read_index(bytes)).zip(new_values) {
-                let row = (index as usize).checked_mul(width).and_then(|at| values.get_mut(at..)?.get_mut(..width));
-                let row = row.ok_or_else(|| Fault::invalid("sparse", format_args!("index {index} is out of range")))?;
-                for (to, from) in row.iter_mut().zip(bytes.chunks_exact(component.size())) {
-                    *to = component.read(from, accessor.normalized);
-                }
+        self.replace(accessor, element, &mut values, width, |row, bytes| {
+            for (to, from) in row.iter_mut().zip(bytes.chunks_exact(component.size())) {
+                *to = component.read(from, accessor.normalized);
             }
-        }
+        })?;
         Ok(Table { width, values })
+    }
+
+    /// Replaces the elements that the sparse part of an accessor names: `read` fills one of `width` values from `size` bytes.
+    fn replace<T>(
+        &self,
+        accessor: &Accessor,
+        size: usize,
+        values: &mut [T],
+        width: usize,
+        read: impl Fn(&mut [T], &[u8]),
+    ) -> Result<(), Fault> {
+        let Some(sparse) = &accessor.sparse else { return Ok(()) };
+        let place = |f: Fault| f.within("sparse");
+        let indices = self.buffers.view(sparse.indices.buffer_view).map_err(place)?;
+        let new_values = self.buffers.view(sparse.values.buffer_view).map_err(place)?;
+        let index_type = Component::of(sparse.indices.component_type).map_err(place)?;
+        let indices = elements(indices, sparse.indices.byte_offset, index_type.size(), sparse.count).map_err(place)?;
+        let new_values = elements(new_values, sparse.values.byte_offset, size, sparse.count).map_err(place)?;
+        for (index, bytes) in indices.map(|bytes| index_type.read_index(bytes)).zip(new_values) {
+            let row = (index as usize).checked_mul(width).and_then(|at| values.get_mut(at..)?.get_mut(..width));
+            read(row.ok_or_else(|| Fault::invalid("sparse", format_args!("index {index} is out of range")))?, bytes);
+        }
+        Ok(())
     }
 
     /// Reads vertex indices. They are not compared with the number of vertices here.
@@ -170,14 +190,27 @@ impl<'a> Accessors<'a> {
             if !matches!(component, Component::U8 | Component::U16 | Component::U32) {
                 return Err(Fault::invalid("componentType", "indices are unsigned integers"));
             }
-            if accessor.sparse.is_some() {
-                return Err(Fault::unsupported("sparse", "a sparse list of indices"));
-            }
-            let view = accessor.buffer_view.ok_or_else(|| Fault::invalid("bufferView", "indices need one"))?;
-            let elements = elements(self.buffers.view(view)?, accessor.byte_offset, component.size(), accessor.count)?;
-            Ok(elements.map(|bytes| component.read_index(bytes)).collect())
+            let mut values: Vec<u32> = match accessor.buffer_view {
+                Some(view) => {
+                    let elements = elements(self.buffers.view(view)?, accessor.byte_offset, component.size(), accessor.count)?;
+                    elements.map(|bytes| component.read_index(bytes)).collect()
+                }
+                None => vec![0; implied(accessor)?],
+            };
+            self.replace(accessor, component.size(), &mut values, 1, |row, bytes| {
+                row.iter_mut().for_each(|value| *value = component.read_index(bytes));
+            })?;
+            Ok(values)
         };
         read().map_err(|f: Fault| f.within(format_args!("accessor {index}")))
+    }
+}
+
+/// The number of elements of an accessor without bytes, which are all zero.
+fn implied(accessor: &Accessor) -> Result<usize, Fault> {
+    match accessor.count > limits::IMPLIED_ELEMENTS {
+        true => Err(Fault::invalid("count", format_args!("{} elements without data are too many", accessor.count))),
+        false => Ok(accessor.count),
     }
 }
 

@@ -1,4 +1,4 @@
-//! Moves a primitive from its own space into the world.
+//! Moves a primitive from its own space into the world, as a whole or vertex by vertex as its joints say.
 //!
 //! Key decision: transforms are applied in f64 and rounded once. Normals go through the cofactor matrix, which exists for every
 //! transform, also for one that flattens; it equals the inverse transpose but for a positive factor and the sign of the determinant.
@@ -6,34 +6,65 @@
 //! **Invariant:** a transform that mirrors flips the winding, the normals with it, and the sign of the bitangents, so that what was the
 //! front stays the front.
 
-use glam::{DMat3, DMat4, Vec4};
+use glam::{DMat3, DMat4, DVec3, Vec4};
 
 use super::super::model::{Scene, Triangle, Vertex};
 use super::mesh::{Primitive, perpendicular};
 use crate::error::Fault;
 
+/// What takes the vertices of a primitive into the world.
+pub(super) enum Transforms<'a> {
+    /// The same for all.
+    Rigid(DMat4),
+    /// One for each vertex of the file's primitive.
+    Skinned(&'a [DMat4]),
+}
+
+impl Transforms<'_> {
+    fn of(&self, source: u32) -> DMat4 {
+        match self {
+            Transforms::Rigid(matrix) => *matrix,
+            Transforms::Skinned(matrices) => matrices.get(source as usize).copied().unwrap_or(DMat4::IDENTITY),
+        }
+    }
+
+    /// True when most vertices are mirrored: single ones of a badly bent skin do not turn the whole inside out.
+    fn mirrors(&self) -> bool {
+        let mirrors = |matrix: &DMat4| DMat3::from_mat4(*matrix).determinant() < 0.0;
+        match self {
+            Transforms::Rigid(matrix) => mirrors(matrix),
+            Transforms::Skinned(matrices) => 2 * matrices.iter().filter(|matrix| mirrors(matrix)).count() > matrices.len(),
+        }
+    }
+}
+
 /// Appends a primitive to the scene.
-pub(super) fn bake(scene: &mut Scene, primitive: &Primitive, world_from_mesh: DMat4) -> Result<(), Fault> {
-    let linear = DMat3::from_mat4(world_from_mesh);
-    let mirrored = linear.determinant() < 0.0;
+pub(super) fn bake(scene: &mut Scene, primitive: &Primitive, transforms: &Transforms<'_>) -> Result<(), Fault> {
+    let mirrored = transforms.mirrors();
     let sign = if mirrored { -1.0 } else { 1.0 };
-    let (x, y, z) = (linear.x_axis, linear.y_axis, linear.z_axis);
-    let cofactor = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign;
+    // The corners of a flat triangle would each turn its normal by their own joints; so it is computed anew.
+    let reshaped = primitive.flat && matches!(transforms, Transforms::Skinned(_));
 
     let base = u32::try_from(scene.vertices.len()).map_err(|_| Fault::unsupported("size", "a scene with so many vertices"))?;
-    let mut moved = Primitive { vertices: Vec::with_capacity(primitive.vertices.len()), triangles: Vec::new(), material: 0 };
-    for (index, vertex) in primitive.vertices.iter().enumerate() {
+    let mut moved = Primitive { vertices: Vec::with_capacity(primitive.vertices.len()), ..Primitive::default() };
+    for (index, (vertex, &source)) in primitive.vertices.iter().zip(&primitive.sources).enumerate() {
+        let world_from_mesh = transforms.of(source);
         let position = world_from_mesh.transform_point3(vertex.position.as_dvec3()).as_vec3();
         if !position.is_finite() {
             return Err(Fault::invalid("POSITION", format_args!("vertex {index} is not finite after its node's transform")));
         }
-        let normal = (cofactor * vertex.normal.as_dvec3()).normalize_or_zero().as_vec3();
+        let linear = DMat3::from_mat4(world_from_mesh);
+        let (x, y, z) = (linear.x_axis, linear.y_axis, linear.z_axis);
+        let cofactor = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign;
+        let normal = if reshaped { DVec3::ZERO } else { cofactor * vertex.normal.as_dvec3() };
+        let normal = normal.normalize_or_zero().as_vec3();
         moved.vertices.push(Vertex { position, normal, ..*vertex });
     }
     moved.triangles = primitive.triangles.iter().map(|&[a, b, c]| if mirrored { [a, c, b] } else { [a, b, c] }).collect();
     moved.repair_normals();
 
-    for vertex in moved.vertices.iter_mut().filter(|v| v.tangent != Vec4::ZERO) {
+    for (vertex, &source) in moved.vertices.iter_mut().zip(&primitive.sources).filter(|(v, _)| v.tangent != Vec4::ZERO) {
+        let linear = DMat3::from_mat4(transforms.of(source));
         // Unequal scales bend the right angle between normal and tangent.
         let tangent = (linear * vertex.tangent.truncate().as_dvec3()).normalize_or_zero().as_vec3();
         let tangent = tangent.reject_from_normalized(vertex.normal).normalize_or(perpendicular(vertex.normal));
@@ -47,7 +78,7 @@ pub(super) fn bake(scene: &mut Scene, primitive: &Primitive, world_from_mesh: DM
 
 #[cfg(test)]
 mod tests {
-    use glam::{DVec3, Vec2, Vec3};
+    use glam::{Vec2, Vec3};
 
     use super::*;
 
@@ -58,7 +89,8 @@ mod tests {
     fn baked(transform: DMat4) -> Scene {
         let vertices = [Vec3::ZERO, Vec3::X, Vec3::Y].map(corner).to_vec();
         let mut scene = Scene::default();
-        bake(&mut scene, &Primitive { vertices, triangles: vec![[0, 1, 2]], material: 0 }, transform).unwrap();
+        let primitive = Primitive { vertices, triangles: vec![[0, 1, 2]], sources: vec![0, 1, 2], ..Primitive::default() };
+        bake(&mut scene, &primitive, &Transforms::Rigid(transform)).unwrap();
         scene
     }
 

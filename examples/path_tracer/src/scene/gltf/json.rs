@@ -22,6 +22,11 @@ pub(super) fn extension<T: DeserializeOwned>(extensions: &Extensions, name: &str
     T::deserialize(value).map(Some).map_err(|e| Fault::invalid(name, e))
 }
 
+/// A part that is kept raw until something that is shown needs it.
+pub(super) fn part<T: DeserializeOwned>(value: &Value) -> Result<T, Fault> {
+    T::deserialize(value).map_err(|e| Fault::invalid("JSON", e))
+}
+
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Document {
@@ -71,6 +76,7 @@ pub(super) struct Node {
     pub(super) mesh: Option<usize>,
     pub(super) camera: Option<usize>,
     pub(super) skin: Option<usize>,
+    pub(super) weights: Vec<f32>,
     pub(super) extensions: Extensions,
 }
 
@@ -78,6 +84,7 @@ pub(super) struct Node {
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Mesh {
     pub(super) primitives: Vec<Primitive>,
+    pub(super) weights: Vec<f32>,
 }
 
 #[derive(Default, Deserialize)]
@@ -129,6 +136,7 @@ pub(super) struct BufferView {
     pub(super) byte_offset: usize,
     pub(super) byte_length: usize,
     pub(super) byte_stride: Option<usize>,
+    pub(super) extensions: Extensions,
 }
 
 #[derive(Default, Deserialize)]

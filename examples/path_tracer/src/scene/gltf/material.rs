@@ -3,14 +3,19 @@
 //! Key decision: what the model cannot express becomes a warning that names it, never a quiet approximation; numbers outside of their
 //! range are clamped, because exporters round.
 
+use std::fmt::Display;
+
 use glam::{Vec3, Vec4};
 use serde::Deserialize;
 
-use super::super::model::{AlphaMode, Material};
+use super::super::model::{AlphaMode, Image, Material, TextureUse};
 use super::Warnings;
-use super::json::{self, extension};
+use super::json::{self, TextureInfo, extension};
+use super::layers;
+use super::specular_glossiness;
 use super::texture::Textures;
 use crate::error::Fault;
+use crate::scene::MaterialExtensions;
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
@@ -19,24 +24,80 @@ struct EmissiveStrength {
 }
 
 #[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct Transmission {
-    #[serde(default)]
-    transmission_factor: f32,
-    transmission_texture: Option<serde_json::Value>,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct Volume {
-    #[serde(default)]
-    thickness_factor: f32,
-    attenuation_distance: Option<f32>,
-}
-
-#[derive(Deserialize)]
 struct Ior {
     ior: Option<f32>,
+}
+
+/// The texture slots of one material.
+pub(super) struct Slots<'s, 't> {
+    textures: &'s mut Textures<'t>,
+    place: &'s str,
+    warnings: &'s mut Warnings,
+}
+
+impl Slots<'_, '_> {
+    pub(super) fn read(&mut self, slot: &str, info: &Option<TextureInfo>) -> Result<Option<TextureUse>, Fault> {
+        match info {
+            Some(info) => self.textures.read(info, self.place, self.warnings).map_err(|f| f.within(slot)),
+            None => Ok(None),
+        }
+    }
+
+    pub(super) fn warn(&mut self, what: impl Display) {
+        self.warnings.push(format!("{}: {what}", self.place));
+    }
+
+    /// For what is the same in every material.
+    pub(super) fn warn_file(&mut self, what: &str) {
+        self.warnings.push(String::from(what));
+    }
+
+    pub(super) fn image(&self, index: u32) -> Result<&Image, Fault> {
+        self.textures.images.get(index as usize).ok_or_else(|| Fault::invalid(format_args!("image {index}"), "it does not exist"))
+    }
+
+    /// Asks for room for images that are about to be made.
+    pub(super) fn check_texels(&self, n_texels: u64) -> Result<(), Fault> {
+        match self.textures.n_texels_left() < n_texels {
+            true => Err(Fault::unsupported("textures", format_args!("a scene with {n_texels} more texels"))),
+            false => Ok(()),
+        }
+    }
+
+    /// Adds an image that was made and not read.
+    pub(super) fn add(&mut self, image: Image) -> u32 {
+        self.textures.add(image)
+    }
+}
+
+/// The metallic-roughness part of a material.
+#[derive(Default)]
+pub(super) struct Core {
+    pub(super) base_color: Vec4,
+    pub(super) base_color_texture: Option<TextureUse>,
+    pub(super) metallic: f32,
+    pub(super) roughness: f32,
+    pub(super) metallic_roughness_texture: Option<TextureUse>,
+}
+
+impl Core {
+    fn read(pbr: &json::MetallicRoughness, slots: &mut Slots<'_, '_>) -> Result<Core, Fault> {
+        Ok(Core {
+            base_color: Vec4::from_array(pbr.base_color_factor.unwrap_or([1.0; 4])).clamp(Vec4::ZERO, Vec4::ONE),
+            base_color_texture: slots.read("baseColorTexture", &pbr.base_color_texture)?,
+            metallic: pbr.metallic_factor.unwrap_or(1.0).clamp(0.0, 1.0),
+            roughness: pbr.roughness_factor.unwrap_or(1.0).clamp(0.0, 1.0),
+            metallic_roughness_texture: slots.read("metallicRoughnessTexture", &pbr.metallic_roughness_texture)?,
+        })
+    }
+}
+
+/// The set of texture coordinates that the tangent space of the material follows; `None` when nothing asks for one.
+pub(super) fn tangent_uv_set(material: &Material) -> Option<u32> {
+    let extensions = &material.extensions;
+    let coat = extensions.clearcoat.and_then(|coat| coat.normal_texture);
+    let direction = extensions.anisotropy.map(|anisotropy| anisotropy.texture.map_or(0, |texture| texture.uv_set));
+    material.normal_texture.or(coat).map(|texture| texture.uv_set).or(direction)
 }
 
 /// The material that primitives without one have.
@@ -46,22 +107,22 @@ pub(super) fn fallback() -> Material {
 
 /// Reads a material; `place` names it in messages.
 pub(super) fn read(source: &json::Material, place: &str, textures: &mut Textures<'_>, warnings: &mut Warnings) -> Result<Material, Fault> {
-    let pbr = &source.pbr_metallic_roughness;
-    let mut texture = |slot: &str, info: &Option<json::TextureInfo>, warnings: &mut Warnings| match info {
-        Some(info) => textures.read(info, place, warnings).map_err(|f| f.within(slot)),
-        None => Ok(None),
+    let mut slots = Slots { textures, place, warnings };
+    let core = match extension::<specular_glossiness::Source>(&source.extensions, "KHR_materials_pbrSpecularGlossiness")? {
+        Some(specular) => specular_glossiness::convert(&specular, &mut slots)?,
+        None => Core::read(&source.pbr_metallic_roughness, &mut slots)?,
     };
     let mut material = Material {
         name: source.name.clone().unwrap_or_else(|| String::from(place)),
-        base_color: Vec4::from_array(pbr.base_color_factor.unwrap_or([1.0; 4])).clamp(Vec4::ZERO, Vec4::ONE),
-        base_color_texture: texture("baseColorTexture", &pbr.base_color_texture, warnings)?,
-        metallic: pbr.metallic_factor.unwrap_or(1.0).clamp(0.0, 1.0),
-        roughness: pbr.roughness_factor.unwrap_or(1.0).clamp(0.0, 1.0),
-        metallic_roughness_texture: texture("metallicRoughnessTexture", &pbr.metallic_roughness_texture, warnings)?,
-        normal_texture: texture("normalTexture", &source.normal_texture, warnings)?,
+        base_color: core.base_color,
+        base_color_texture: core.base_color_texture,
+        metallic: core.metallic,
+        roughness: core.roughness,
+        metallic_roughness_texture: core.metallic_roughness_texture,
+        normal_texture: slots.read("normalTexture", &source.normal_texture)?,
         normal_scale: source.normal_texture.as_ref().and_then(|info| info.scale).unwrap_or(1.0),
         emissive: Vec3::from_array(source.emissive_factor).max(Vec3::ZERO),
-        emissive_texture: texture("emissiveTexture", &source.emissive_texture, warnings)?,
+        emissive_texture: slots.read("emissiveTexture", &source.emissive_texture)?,
         alpha: alpha(source)?,
         double_sided: source.double_sided,
         ..Material::default()
@@ -71,29 +132,21 @@ pub(super) fn read(source: &json::Material, place: &str, textures: &mut Textures
     if let Some(EmissiveStrength { emissive_strength }) = extension(extensions, "KHR_materials_emissive_strength")? {
         material.emissive *= emissive_strength.unwrap_or(1.0).max(0.0);
     }
-    if let Some(transmission) = extension::<Transmission>(extensions, "KHR_materials_transmission")? {
-        material.transmission = transmission.transmission_factor.clamp(0.0, 1.0);
-        if transmission.transmission_texture.is_some() {
-            warnings.push(format!("{place}: the texture of KHR_materials_transmission is left out"));
-        }
-    }
-    if let Some(volume) = extension::<Volume>(extensions, "KHR_materials_volume")? {
-        material.solid = volume.thickness_factor > 0.0;
-        if material.solid && volume.attenuation_distance.is_some() {
-            warnings.push(format!("{place}: the attenuation of KHR_materials_volume is left out"));
-        }
+    layers::read(&mut material, extensions, &mut slots)?;
+    if let Some(volume) = material.extensions.volume {
+        (material.attenuation_color, material.attenuation_distance) = (volume.attenuation_color, volume.attenuation_distance);
     }
     if let Some(Ior { ior: Some(ior) }) = extension(extensions, "KHR_materials_ior")? {
         // Zero stands for a mirror of every angle in converted materials of an older model.
         if ior >= 1.0 {
             material.ior = ior;
         } else {
-            warnings.push(format!("{place}: the index of refraction {ior} is less than 1 and becomes 1.5"));
+            slots.warn(format_args!("the index of refraction {ior} is less than 1 and becomes 1.5"));
         }
     }
     if extensions.contains_key("KHR_materials_unlit") {
         make_unlit(&mut material);
-        warnings.push(format!("{place}: unlit (KHR_materials_unlit): its base colour is shown as emitted light"));
+        slots.warn("unlit (KHR_materials_unlit): its base colour is shown as emitted light");
     }
     Ok(material)
 }
@@ -119,16 +172,19 @@ fn make_unlit(material: &mut Material) {
     material.roughness = 1.0;
     material.normal_texture = None;
     material.transmission = 0.0;
+    material.solid = false;
     material.ior = 1.0;
+    material.extensions = MaterialExtensions::default();
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::buffers::Buffers;
     use super::*;
     use std::path::Path;
 
-    fn read_text(text: &str) -> (Material, Vec<String>) {
+    /// A material read from JSON text, and the warnings.
+    pub(in super::super) fn read_text(text: &str) -> (Material, Vec<String>) {
         let document = json::Document::default();
         let buffers = Buffers::read(&document, None, Path::new("x.gltf")).unwrap();
         let mut textures = Textures {
@@ -155,6 +211,7 @@ mod tests {
         assert_eq!((material.metallic, material.roughness, material.double_sided), (1.0, 1.0, false));
         assert_eq!(material.emissive, Vec3::new(10.0, 5.0, 0.0));
         assert_eq!((material.transmission, material.ior, material.solid), (0.75, 1.33, true));
+        assert_eq!(material.extensions.volume.map(|volume| volume.thickness), Some(0.1));
         assert!(warnings.is_empty());
     }
 

@@ -12,15 +12,21 @@ use super::super::model::Vertex;
 use super::Warnings;
 use super::accessor::{Accessors, Table};
 use super::json;
+use super::morph::{self, Moves};
 use super::tangents;
 use super::topology::Mode;
 use crate::error::Fault;
 
 /// Vertices and triangles with one material, in the space of the mesh.
+#[derive(Default)]
 pub(super) struct Primitive {
     pub(super) vertices: Vec<Vertex>,
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) material: u32,
+    /// For each vertex the one of the file that it comes from.
+    pub(super) sources: Vec<u32>,
+    /// True when the file has no normals, so that every triangle has vertices of its own.
+    pub(super) flat: bool,
 }
 
 /// What a primitive has to know about its material.
@@ -28,8 +34,8 @@ pub(super) struct Primitive {
 pub(super) struct MaterialUse {
     /// Into the scene's materials.
     pub(super) index: u32,
-    /// The set of texture coordinates of the normal texture, if there is one.
-    pub(super) normal_uv_set: Option<u32>,
+    /// The set of texture coordinates whose directions it needs, if it needs a tangent space.
+    pub(super) tangent_uv_set: Option<u32>,
 }
 
 /// Vertices and triangles that may still be made.
@@ -56,10 +62,11 @@ impl Budget {
     }
 }
 
-/// Reads a primitive; `None` when it shows nothing.
+/// Reads a primitive, its morph targets added with `weights`; `None` when it shows nothing.
 pub(super) fn read(
     primitive: &json::Primitive,
     material: MaterialUse,
+    weights: &[f32],
     accessors: &Accessors<'_>,
     budget: &mut Budget,
     place: &str,
@@ -100,11 +107,16 @@ pub(super) fn read(
     }
     let flat = !primitive.attributes.contains_key("NORMAL");
     // Flat shading and tangents may split every vertex into one for each corner.
-    let splits = flat || material.normal_uv_set.is_some();
+    let splits = flat || material.tangent_uv_set.is_some();
     budget.spend(if splits { positions.len().max(3 * n_triangles) } else { positions.len() }, n_triangles)?;
 
-    let vertices = read_vertices(primitive, &positions, accessors, material.normal_uv_set.is_some(), place, warnings)?;
-    let mut made = Primitive { vertices, triangles: mode.triangles(&indices), material: material.index };
+    let with_tangents = material.tangent_uv_set.is_some();
+    let mut vertices = read_vertices(primitive, &positions, accessors, with_tangents, place, warnings)?;
+    let has = |name: &str| primitive.attributes.contains_key(name);
+    let moves = Moves { normals: !flat, tangents: with_tangents && has("TANGENT"), second_uv: has("TEXCOORD_1") };
+    morph::apply(&mut vertices, &primitive.targets, weights, moves, accessors, budget)?;
+    let sources = (0..u32::try_from(vertices.len()).unwrap_or(u32::MAX)).collect();
+    let mut made = Primitive { vertices, triangles: mode.triangles(&indices), material: material.index, sources, flat };
     if flat {
         made.split_flat();
     } else {
@@ -113,9 +125,9 @@ pub(super) fn read(
             warnings.push(format!("{place}: {repaired} normals without a direction are replaced"));
         }
     }
-    if let Some(uv_set) = material.normal_uv_set {
+    if let Some(uv_set) = material.tangent_uv_set {
         // The format says that tangents of a mesh without normals are to be ignored.
-        if flat || !primitive.attributes.contains_key("TANGENT") {
+        if !moves.tangents || flat {
             tangents::generate(&mut made, uv_set.min(1) as usize);
         }
     }
@@ -177,6 +189,7 @@ impl Primitive {
             let normal = self.face_normal(triangle);
             vertices.extend(triangle.map(|v| Vertex { normal, ..self.vertices[v as usize] }));
         }
+        self.sources = self.triangles.as_flattened().iter().map(|&v| self.sources[v as usize]).collect();
         self.vertices = vertices;
         self.triangles = (0..self.triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
     }

@@ -3,37 +3,50 @@
 //! Key decision: the file is never trusted and never validated as a whole; what is shown is checked when it is used, what is not shown
 //! is not looked at. So a broken animation does not keep a good mesh from being seen.
 //!
-//! The steps, one module each: `container` and `json` (what the text says), `uri` and `buffers` (where bytes are), `nodes` (what is
-//! shown where), `accessor`, `topology`, `mesh` and `tangents` (shapes), `texture` and `material` (looks), `punctual` (lights and
-//! cameras), `bake` (into the world).
+//! The steps, one module each: `container` and `json` (what the text says), `uri`, `buffers` and `meshopt` (where bytes
+//! are), `animation` (the pose),
+//! `nodes` (what is shown where), `accessor`, `topology`, `mesh`, `morph` and `tangents` (shapes), `texture`, `material`, `layers`,
+//! `specular_glossiness` and `variants` (looks), `punctual` (lights and cameras), `skin`, `instancing` and `bake` (into the world).
 
 mod accessor;
+mod animation;
 mod bake;
 mod buffers;
 mod container;
 mod extensions;
+mod instancing;
 mod json;
+mod layers;
 mod material;
 mod mesh;
+mod meshopt;
+mod morph;
 mod nodes;
 mod punctual;
+mod skin;
+mod specular_glossiness;
 mod tangents;
 #[cfg(test)]
 mod tests;
 mod texture;
 mod topology;
 mod uri;
+mod variants;
 
-use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
 
 use self::accessor::Accessors;
+use self::animation::Pose;
+use self::bake::Transforms;
 use self::buffers::Buffers;
 use self::json::{Document, LightUse, Lights, Node, extension};
 use self::mesh::{Budget, MaterialUse, Primitive};
-use self::nodes::Placed;
+use self::nodes::{Graph, Placed};
+use self::skin::Skin;
 use self::texture::Textures;
+use super::LoadOptions;
 use super::model::{Material, Scene};
 use crate::error::{Fault, one_line};
 
@@ -74,35 +87,49 @@ impl Warnings {
 }
 
 /// Reads the scene that `bytes` hold; `path` only says where files next to it are.
-pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Scene, Fault> {
+pub(super) fn read(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Scene, Fault> {
     let (json, bin) = container::split(bytes)?;
     let document = container::parse(json)?;
     let mut warnings = Warnings::default();
     extensions::check(&document, &mut warnings)?;
-    let placed = nodes::place(&document, &mut warnings)?;
     let buffers = Buffers::read(&document, bin, path)?;
+    let accessors = Accessors { document: &document, buffers: &buffers };
+    let pose = Pose::read(&document, &accessors, options, &mut warnings)?;
+    let graph = nodes::place(&document, &pose, &mut warnings)?;
+    let variant = variants::choose(&document, options.variant.as_deref(), &mut warnings)?;
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let scene_name = document.scenes.get(document.scene.unwrap_or(0)).and_then(|scene| scene.name.clone());
     let mut reader = Reader {
         document: &document,
-        accessors: Accessors { document: &document, buffers: &buffers },
+        accessors,
+        pose: &pose,
+        graph: &graph,
+        skins: HashMap::new(),
+        variant,
         textures: Textures { document: &document, buffers: &buffers, scene: path, images: Vec::new(), known: HashMap::new(), n_texels: 0 },
         lights: extension::<Lights>(&document.extensions, "KHR_lights_punctual")?.unwrap_or_default(),
         materials: HashMap::new(),
-        meshes: HashMap::new(),
+        meshes: Vec::new(),
+        known_meshes: HashMap::new(),
         read_budget: Budget::default(),
         bake_budget: Budget::default(),
         scene: Scene { name: stem.or(scene_name).unwrap_or_default(), ..Scene::default() },
         warnings,
     };
     // All instances are counted before the first one is made.
-    for placed in &placed {
-        reader.measure(placed).map_err(|fault| reader.explain(fault, placed))?;
+    let mut shapes = Vec::new();
+    for placed in &graph.placed {
+        shapes.push(reader.measure(placed).map_err(|fault| reader.explain(fault, placed))?);
     }
-    for placed in &placed {
-        reader.show(placed).map_err(|fault| reader.explain(fault, placed))?;
+    for (placed, shape) in graph.placed.iter().zip(shapes) {
+        reader.show(placed, shape).map_err(|fault| reader.explain(fault, placed))?;
     }
-    let Reader { mut scene, textures, warnings, .. } = reader;
+    let Reader { mut scene, textures, mut warnings, .. } = reader;
+    let unseen: BTreeSet<&str> = scene.materials.iter().flat_map(|material| material.extensions.effective()).collect();
+    if !unseen.is_empty() {
+        let names = unseen.into_iter().collect::<Vec<_>>().join(", ");
+        warnings.push(format!("these material extensions are read but not shown: {names}"));
+    }
     scene.images = textures.images;
     scene.warnings = warnings.into_lines();
     Ok(scene)
@@ -111,39 +138,52 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Scene, Fault> {
 struct Reader<'a> {
     document: &'a Document,
     accessors: Accessors<'a>,
+    pose: &'a Pose,
+    graph: &'a Graph,
+    skins: HashMap<usize, Skin>,
+    variant: Option<usize>,
     textures: Textures<'a>,
     lights: Lights,
     materials: HashMap<Option<usize>, MaterialUse>,
-    meshes: HashMap<usize, Vec<Primitive>>,
+    meshes: Vec<Shape>,
+    /// A mesh and the bits of its morph weights: equal ones are read once.
+    known_meshes: HashMap<(usize, Vec<u32>), usize>,
     read_budget: Budget,
     bake_budget: Budget,
     scene: Scene,
     warnings: Warnings,
 }
 
+/// A mesh in its own space, its morph targets added.
+struct Shape {
+    mesh: usize,
+    /// With their numbers in the mesh; those that show nothing are missing.
+    primitives: Vec<(usize, Primitive)>,
+}
+
 impl Reader<'_> {
-    /// Reads the mesh of a node and takes it off the budget.
-    fn measure(&mut self, placed: &Placed) -> Result<(), Fault> {
+    /// Reads the mesh of a node and takes all its copies off the budget; returns its place in `meshes`.
+    fn measure(&mut self, placed: &Placed) -> Result<Option<usize>, Fault> {
         let node = &self.document.nodes[placed.node];
-        let Some(index) = node.mesh else { return Ok(()) };
-        if node.skin.is_some() {
-            self.warnings.push(format!("node {}: the skin is left out, its mesh is shown in rest pose", placed.node));
+        let Some(mesh) = node.mesh else { return Ok(None) };
+        let weights = morph::weights(self.document, placed.node, mesh, self.pose, &mut self.warnings)?;
+        let shape = self.read_mesh(mesh, &weights)?;
+        let n_copies = match node.skin {
+            Some(_) => 1,
+            None => instancing::count(node, &self.accessors)?.unwrap_or(1),
+        };
+        for (_, made) in &self.meshes[shape].primitives {
+            let all = |n: usize| n.saturating_mul(n_copies);
+            self.bake_budget.spend(all(made.vertices.len()), all(made.triangles.len()))?;
         }
-        self.read_mesh(index)?;
-        for made in self.meshes.get(&index).into_iter().flatten() {
-            self.bake_budget.spend(made.vertices.len(), made.triangles.len())?;
-        }
-        Ok(())
+        Ok(Some(shape))
     }
 
     /// Puts what a node carries into the scene.
-    fn show(&mut self, placed: &Placed) -> Result<(), Fault> {
+    fn show(&mut self, placed: &Placed, shape: Option<usize>) -> Result<(), Fault> {
         let node = &self.document.nodes[placed.node];
-        if let Some(index) = node.mesh {
-            for (primitive, made) in self.meshes.get(&index).into_iter().flatten().enumerate() {
-                bake::bake(&mut self.scene, made, placed.world_from_node)
-                    .map_err(|f| f.within(format_args!("mesh {index}, primitive {primitive}")))?;
-            }
+        if let Some(shape) = shape {
+            self.show_mesh(node, placed, shape)?;
             self.scene.name_object(&node.name.clone().unwrap_or_else(|| format!("node {}", placed.node)));
         }
         if let Some(index) = node.camera {
@@ -158,6 +198,46 @@ impl Reader<'_> {
         Ok(())
     }
 
+    fn show_mesh(&mut self, node: &Node, placed: &Placed, shape: usize) -> Result<(), Fault> {
+        let Shape { mesh, primitives } = &self.meshes[shape];
+        if primitives.is_empty() {
+            return Ok(());
+        }
+        let place = |number: usize| format!("mesh {mesh}, primitive {number}");
+        let rigid = Transforms::Rigid(placed.world_from_node);
+        if let Some(skin) = node.skin {
+            let skin = match self.skins.entry(skin) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(vacant) => vacant.insert(Skin::read(self.document, skin, &self.accessors, self.graph)?),
+            };
+            if node.extensions.contains_key("EXT_mesh_gpu_instancing") {
+                self.warnings.push(format!("node {}: the instances of its skinned mesh are left out", placed.node));
+            }
+            for (number, made) in primitives {
+                let source = &self.document.meshes[*mesh].primitives[*number];
+                let mixed = skin.mix(source, &self.accessors, &place(*number), &mut self.warnings);
+                let mixed = mixed.map_err(|f| f.within(place(*number)))?;
+                let transforms = mixed.as_deref().map(Transforms::Skinned);
+                bake::bake(&mut self.scene, made, transforms.as_ref().unwrap_or(&rigid)).map_err(|f| f.within(place(*number)))?;
+            }
+            return Ok(());
+        }
+        let instances = instancing::read(node, &format!("node {}", placed.node), &self.accessors, &mut self.warnings)?;
+        for (number, made) in primitives {
+            let mut bake =
+                |transforms: &Transforms<'_>| bake::bake(&mut self.scene, made, transforms).map_err(|f| f.within(place(*number)));
+            match &instances {
+                Some(instances) => {
+                    for node_from_instance in instances.transforms() {
+                        bake(&Transforms::Rigid(placed.world_from_node * node_from_instance))?;
+                    }
+                }
+                None => bake(&rigid)?,
+            }
+        }
+        Ok(())
+    }
+
     fn show_camera(&mut self, node: &Node, index: usize, placed: &Placed) -> Result<(), Fault> {
         let camera = self.document.cameras.get(index).ok_or_else(|| Fault::invalid("node", "it does not exist"))?;
         let made = punctual::camera(camera, node.name.as_deref(), &format!("camera {index}"), placed.world_from_node)?;
@@ -165,26 +245,26 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Reads a mesh at its first use.
-    fn read_mesh(&mut self, index: usize) -> Result<(), Fault> {
-        if self.meshes.contains_key(&index) {
-            return Ok(());
+    /// The place of a mesh in `meshes`, read at its first use with these weights.
+    fn read_mesh(&mut self, index: usize, weights: &[f32]) -> Result<usize, Fault> {
+        let key = (index, weights.iter().map(|weight| weight.to_bits()).collect());
+        if let Some(&known) = self.known_meshes.get(&key) {
+            return Ok(known);
         }
         let missing = || Fault::invalid(format_args!("mesh {index}"), "it does not exist");
         let mesh = self.document.meshes.get(index).ok_or_else(missing)?;
         let mut made = Vec::new();
         for (number, primitive) in mesh.primitives.iter().enumerate() {
             let place = format!("mesh {index}, primitive {number}");
-            if !primitive.targets.is_empty() {
-                self.warnings.push(format!("mesh {index}: the morph targets are left out, it is shown in rest pose"));
-            }
-            let material = self.material(primitive.material).map_err(|f| f.within(&place))?;
+            let material = variants::material(primitive, self.variant).map_err(|f| f.within(&place))?;
+            let material = self.material(material).map_err(|f| f.within(&place))?;
             let (accessors, budget) = (&self.accessors, &mut self.read_budget);
-            let read = mesh::read(primitive, material, accessors, budget, &place, &mut self.warnings);
-            made.extend(read.map_err(|f| f.within(&place))?);
+            let read = mesh::read(primitive, material, weights, accessors, budget, &place, &mut self.warnings);
+            made.extend(read.map_err(|f| f.within(&place))?.map(|primitive| (number, primitive)));
         }
-        self.meshes.insert(index, made);
-        Ok(())
+        self.meshes.push(Shape { mesh: index, primitives: made });
+        self.known_meshes.insert(key, self.meshes.len() - 1);
+        Ok(self.meshes.len() - 1)
     }
 
     /// The scene's material for a primitive, read at its first use.
@@ -203,7 +283,7 @@ impl Reader<'_> {
         };
         let made = MaterialUse {
             index: u32::try_from(self.scene.materials.len()).unwrap_or(u32::MAX),
-            normal_uv_set: material.normal_texture.map(|texture| texture.uv_set),
+            tangent_uv_set: material::tangent_uv_set(&material),
         };
         self.scene.materials.push(material);
         Ok(*vacant.insert(made))

@@ -3,10 +3,13 @@
 //! Key decision: parents are counted before anything is visited. A graph where every node has one parent at most and every node hangs
 //! below a root is a forest, so the walk needs neither marks nor a depth limit, and its stack lives on the heap.
 
+use std::collections::HashSet;
+
 use glam::{DMat4, DQuat, DVec3};
 
 use super::Warnings;
-use super::json::{Document, Node};
+use super::animation::Pose;
+use super::json::Document;
 use crate::error::Fault;
 
 /// A node that is shown.
@@ -15,25 +18,54 @@ pub(super) struct Placed {
     pub(super) world_from_node: DMat4,
 }
 
-/// The nodes of the scene that the file asks for, parents first.
-pub(super) fn place(document: &Document, warnings: &mut Warnings) -> Result<Vec<Placed>, Fault> {
+/// The nodes of a file in a pose.
+pub(super) struct Graph {
+    /// The nodes of the scene that the file asks for, parents first.
+    pub(super) placed: Vec<Placed>,
+    /// For each node of the file, shown or not: joints may hang outside of the scene.
+    worlds: Vec<DMat4>,
+}
+
+impl Graph {
+    /// Where a node stands, shown or not.
+    pub(super) fn world_from_node(&self, node: usize) -> Result<DMat4, Fault> {
+        self.worlds.get(node).copied().ok_or_else(|| Fault::invalid(format_args!("node {node}"), "it does not exist"))
+    }
+}
+
+/// Puts the nodes of the scene that the file asks for into the world.
+pub(super) fn place(document: &Document, pose: &Pose, warnings: &mut Warnings) -> Result<Graph, Fault> {
     let parents = parents(document)?;
+    let all_roots = || (0..document.nodes.len()).filter(|&n| parents[n].is_none());
     let roots: Vec<usize> = match (document.scene.unwrap_or(0), document.scenes.is_empty()) {
-        (0, true) if document.scene.is_none() => (0..document.nodes.len()).filter(|&n| parents[n].is_none()).collect(),
+        (0, true) if document.scene.is_none() => all_roots().collect(),
         (scene, _) => scene_roots(document, scene, &parents)?,
     };
-    let mut placed = Vec::new();
-    let mut open: Vec<(usize, DMat4)> = roots.into_iter().rev().map(|root| (root, DMat4::IDENTITY)).collect();
-    while let Some((index, world_from_parent)) = open.pop() {
-        let node = &document.nodes[index];
-        let world_from_node = world_from_parent * local(node, index, warnings);
-        if !world_from_node.is_finite() {
-            return Err(Fault::invalid(format_args!("node {index}"), "the transform is not finite"));
+    let mut worlds = vec![DMat4::IDENTITY; document.nodes.len()];
+    let mut walk = |roots: &[usize], visit: &mut dyn FnMut(usize, DMat4) -> Result<(), Fault>, warnings: &mut Warnings| {
+        let mut open: Vec<(usize, DMat4)> = roots.iter().rev().map(|&root| (root, DMat4::IDENTITY)).collect();
+        while let Some((index, world_from_parent)) = open.pop() {
+            let world_from_node = world_from_parent * local(document, index, pose, warnings);
+            worlds[index] = world_from_node;
+            visit(index, world_from_node)?;
+            open.extend(document.nodes[index].children.iter().rev().map(|&child| (child, world_from_node)));
         }
-        placed.push(Placed { node: index, world_from_node });
-        open.extend(node.children.iter().rev().map(|&child| (child, world_from_node)));
-    }
-    Ok(placed)
+        Ok(())
+    };
+    let mut placed = Vec::new();
+    let mut show = |node: usize, world_from_node: DMat4| {
+        if !world_from_node.is_finite() {
+            return Err(Fault::invalid(format_args!("node {node}"), "the transform is not finite"));
+        }
+        placed.push(Placed { node, world_from_node });
+        Ok(())
+    };
+    walk(&roots, &mut show, warnings)?;
+    // A scene shows whole trees, so what is left are whole trees too.
+    let is_shown: HashSet<usize> = roots.into_iter().collect();
+    let hidden: Vec<usize> = all_roots().filter(|root| !is_shown.contains(root)).collect();
+    walk(&hidden, &mut |_, _| Ok(()), &mut Warnings::default())?;
+    Ok(Graph { placed, worlds })
 }
 
 fn scene_roots(document: &Document, scene: usize, parents: &[Option<usize>]) -> Result<Vec<usize>, Fault> {
@@ -82,13 +114,19 @@ fn parents(document: &Document) -> Result<Vec<Option<usize>>, Fault> {
     }
 }
 
-fn local(node: &Node, index: usize, warnings: &mut Warnings) -> DMat4 {
+/// The transform of a node relative to its parent; what the pose says replaces what the file says.
+fn local(document: &Document, index: usize, pose: &Pose, warnings: &mut Warnings) -> DMat4 {
+    let node = &document.nodes[index];
+    let moved = pose.of(index).cloned().unwrap_or_default();
     if let Some(matrix) = &node.matrix {
+        if moved.translation.is_some() || moved.rotation.is_some() || moved.scale.is_some() {
+            warnings.push(format!("node {index}: it has a matrix, so its animation is left out"));
+        }
         return DMat4::from_cols_array(matrix);
     }
-    let translation = node.translation.map_or(DVec3::ZERO, DVec3::from_array);
-    let scale = node.scale.map_or(DVec3::ONE, DVec3::from_array);
-    let rotation = node.rotation.map_or(DQuat::IDENTITY, DQuat::from_array);
+    let translation = moved.translation.or(node.translation.map(DVec3::from_array)).unwrap_or(DVec3::ZERO);
+    let scale = moved.scale.or(node.scale.map(DVec3::from_array)).unwrap_or(DVec3::ONE);
+    let rotation = moved.rotation.or(node.rotation.map(DQuat::from_array)).unwrap_or(DQuat::IDENTITY);
     let length = rotation.length();
     let rotation = if length > 0.0 && length.is_finite() {
         rotation / length
@@ -106,7 +144,7 @@ mod tests {
 
     fn placed(nodes: &str) -> Result<Vec<Placed>, Fault> {
         let text = format!(r#"{{"asset":{{"version":"2.0"}},{nodes}}}"#);
-        place(&parse(text.as_bytes())?, &mut Warnings::default())
+        place(&parse(text.as_bytes())?, &Pose::default(), &mut Warnings::default()).map(|graph| graph.placed)
     }
 
     // Kills: a walk that never ends on a cycle, and one that shows a shared child twice.
@@ -140,6 +178,18 @@ mod tests {
         let placed = placed(nodes).unwrap();
         let moved = placed[1].world_from_node.transform_point3(DVec3::new(0.0, -1.0, 0.0));
         assert!(moved.abs_diff_eq(DVec3::new(3.0, 0.0, 0.0), 1e-6), "{moved}");
+    }
+
+    // Kills: a joint outside of the scene that stands at the origin, or without its own parents.
+    #[test]
+    fn hidden_nodes_stand_somewhere_too() {
+        let nodes = r#""scene":0,"scenes":[{"nodes":[0]}],
+            "nodes":[{},{"children":[2],"translation":[1,0,0]},{"translation":[0,2,0]}]"#;
+        let text = format!(r#"{{"asset":{{"version":"2.0"}},{nodes}}}"#);
+        let graph = place(&parse(text.as_bytes()).unwrap(), &Pose::default(), &mut Warnings::default()).unwrap();
+        assert_eq!(graph.placed.len(), 1);
+        assert_eq!(graph.world_from_node(2).unwrap().w_axis.truncate(), DVec3::new(1.0, 2.0, 0.0));
+        assert!(graph.world_from_node(3).is_err());
     }
 
     // Kills: showing every node although the file names a scene, and nothing when it names none.

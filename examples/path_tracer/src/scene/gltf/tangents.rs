@@ -60,16 +60,19 @@ pub(super) fn generate(primitive: &mut Primitive, uv_set: usize) {
     let tangents = corners.tangents;
 
     let mut vertices: Vec<Vertex> = Vec::with_capacity(primitive.vertices.len());
+    let mut sources = Vec::with_capacity(primitive.vertices.len());
     let mut known: HashMap<(u32, [u32; 4]), u32> = HashMap::with_capacity(primitive.vertices.len());
     for (index, tangent) in primitive.triangles.as_flattened_mut().iter_mut().zip(tangents) {
-        let old = primitive.vertices[*index as usize];
+        let (old, source) = (primitive.vertices[*index as usize], primitive.sources[*index as usize]);
         let usable = tangent.is_finite() && tangent.truncate().length_squared() > 0.5;
         let tangent = if usable { tangent } else { perpendicular(old.normal).extend(1.0) };
         *index = *known.entry((*index, tangent.to_array().map(f32::to_bits))).or_insert_with(|| {
             vertices.push(Vertex { tangent, ..old });
+            sources.push(source);
             // At most three for each triangle, and those are capped far below.
             u32::try_from(vertices.len() - 1).unwrap_or(u32::MAX)
         });
     }
     primitive.vertices = vertices;
+    primitive.sources = sources;
 }

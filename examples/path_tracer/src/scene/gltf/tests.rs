@@ -1,9 +1,15 @@
 //! Whole files, made here: what only shows when all the modules of the reader work together.
 
+mod compressed;
+mod copies;
+mod pictures;
+mod poses;
+
 use std::path::Path;
 
 use glam::{Vec3, Vec4};
 
+use super::super::LoadOptions;
 use super::super::model::Scene;
 use super::read;
 
@@ -18,16 +24,35 @@ fn base64(bytes: &[u8]) -> String {
 
 /// A file whose only buffer holds `numbers`; every bufferView shows a number of bytes from an offset.
 fn file(numbers: &[f32], views: &[(usize, usize)], rest: &str) -> Result<Scene, String> {
-    let bytes: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
+    file_with(numbers, views, rest, &LoadOptions::default())
+}
+
+fn file_with(numbers: &[f32], views: &[(usize, usize)], rest: &str, options: &LoadOptions) -> Result<Scene, String> {
     let view = |&(offset, length): &(usize, usize)| format!(r#"{{"buffer":0,"byteOffset":{offset},"byteLength":{length}}}"#);
-    let views: Vec<String> = views.iter().map(view).collect();
+    of_views(numbers, &views.iter().map(view).collect::<Vec<_>>(), rest, options)
+}
+
+/// The same with a stride for every bufferView.
+fn strided(numbers: &[f32], views: &[(usize, usize, usize)], rest: &str) -> Result<Scene, String> {
+    let view = |&(offset, length, stride): &(usize, usize, usize)| {
+        format!(r#"{{"buffer":0,"byteOffset":{offset},"byteLength":{length},"byteStride":{stride}}}"#)
+    };
+    of_views(numbers, &views.iter().map(view).collect::<Vec<_>>(), rest, &LoadOptions::default())
+}
+
+fn of_views(numbers: &[f32], views: &[String], rest: &str, options: &LoadOptions) -> Result<Scene, String> {
+    let bytes: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
+    of_bytes(&bytes, views, rest, options)
+}
+
+fn of_bytes(bytes: &[u8], views: &[String], rest: &str, options: &LoadOptions) -> Result<Scene, String> {
     let text = format!(
         r#"{{"asset":{{"version":"2.0"}},"buffers":[{{"byteLength":{},"uri":"data:;base64,{}"}}],"bufferViews":[{}],{rest}}}"#,
         bytes.len(),
-        base64(&bytes),
+        base64(bytes),
         views.join(",")
     );
-    let mut scene = read(Path::new("a.gltf"), text.as_bytes()).map_err(|f| f.in_named("a.gltf").to_string())?;
+    let mut scene = read(Path::new("a.gltf"), text.as_bytes(), options).map_err(|f| f.in_named("a.gltf").to_string())?;
     scene.check().map_err(|f| f.in_named("a.gltf").to_string())?;
     Ok(scene)
 }
@@ -69,6 +94,21 @@ fn sparse_values_replace_elements() {
     let moved = |p: Vec3| scene.vertices.iter().filter(|v| v.position == p).count();
     assert_eq!((moved(Vec3::new(5.0, 6.0, 7.0)), moved(Vec3::new(1.0, 1.0, 0.0))), (1, 0));
     assert!(sparse(4).unwrap_err().contains("index 4 is out of range"));
+}
+
+// Kills: a sparse list of indices that is refused or read without its replacements, and one without bytes of its own.
+#[test]
+fn sparse_indices_replace_elements() {
+    // Three zeros become 0, 3, 2: the places 1 and 2 in bytes, then the new indices in 16 bits.
+    let mut numbers = vec![f32::from_bits(0x0000_0201), f32::from_bits(0x0002_0003)];
+    numbers.extend(QUAD);
+    let rest = r#""nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],
+        "accessors":[{"bufferView":2,"componentType":5126,"type":"VEC3","count":4},
+            {"componentType":5123,"type":"SCALAR","count":3,
+                "sparse":{"count":2,"indices":{"bufferView":0,"componentType":5121},"values":{"bufferView":1}}}]"#;
+    let scene = file(&numbers, &[(0, 2), (4, 4), (8, 48)], rest).unwrap();
+    let positions: Vec<Vec3> = scene.vertices.iter().map(|vertex| vertex.position).collect();
+    assert_eq!(positions, [Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]);
 }
 
 // Kills: MikkTSpace fed with v downwards, which turns every bump of a normal map into a dent.

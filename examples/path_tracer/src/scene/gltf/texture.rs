@@ -10,6 +10,7 @@ use std::path::Path;
 
 use glam::Vec3;
 use image::{ImageFormat, ImageReader, Limits};
+use serde::Deserialize;
 
 use super::super::guard::guarded;
 use super::super::limits;
@@ -19,6 +20,13 @@ use super::buffers::Buffers;
 use super::json::{Document, TextureInfo, TextureTransform, extension};
 use super::uri;
 use crate::error::Fault;
+
+/// EXT_texture_webp: an image that is preferred to the texture's own.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct WebP {
+    source: Option<usize>,
+}
 
 /// Reads images on demand.
 pub(super) struct Textures<'a> {
@@ -37,7 +45,8 @@ impl Textures<'_> {
         let outer = |f: Fault| f.within(format_args!("texture {}", info.index));
         let missing = || Fault::invalid(format_args!("texture {}", info.index), "it does not exist");
         let texture = self.document.textures.get(info.index).ok_or_else(missing)?;
-        let Some(source) = texture.source else {
+        let webp: Option<WebP> = extension(&texture.extensions, "EXT_texture_webp").map_err(outer)?;
+        let Some(source) = webp.and_then(|webp| webp.source).or(texture.source) else {
             return match texture.extensions.keys().next() {
                 Some(name) => Err(outer(Fault::unsupported("source", name))),
                 None => {
@@ -91,26 +100,36 @@ impl Textures<'_> {
             (None, Some(uri)) if !uri.starts_with("data:") => uri.clone(),
             _ => place.clone(),
         };
-        let image = decode(bytes, name, limits::IMAGE_TEXELS - self.n_texels).map_err(|f| f.within(&place))?;
-        self.n_texels += image.texels.len() as u64;
-        let made = u32::try_from(self.images.len()).unwrap_or(u32::MAX);
-        self.images.push(image);
+        let image = decode(bytes, name, self.n_texels_left()).map_err(|f| f.within(&place))?;
+        let made = self.add(image);
         self.known.insert(index, made);
         Ok(made)
     }
+
+    /// Texels that may still be made.
+    pub(super) fn n_texels_left(&self) -> u64 {
+        limits::IMAGE_TEXELS.saturating_sub(self.n_texels)
+    }
+
+    /// Takes an image into the scene; whoever made it asked for room first.
+    pub(super) fn add(&mut self, image: Image) -> u32 {
+        self.n_texels += image.texels.len() as u64;
+        self.images.push(image);
+        u32::try_from(self.images.len() - 1).unwrap_or(u32::MAX)
+    }
 }
 
-/// Decodes PNG or JPEG; the first bytes decide which, because declared types are often wrong.
+/// Decodes PNG, JPEG or WebP; the first bytes decide which, because declared types are often wrong.
 fn decode(bytes: &[u8], name: String, n_texels_left: u64) -> Result<Image, Fault> {
     let fault = |what: &str| Fault::invalid("pixels", what);
     let format = match bytes {
         [0x89, b'P', b'N', b'G', ..] => ImageFormat::Png,
         [0xFF, 0xD8, ..] => ImageFormat::Jpeg,
         [0xAB, b'K', b'T', b'X', ..] => return Err(Fault::unsupported("pixels", "KTX (KHR_texture_basisu)")),
-        [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => return Err(Fault::unsupported("pixels", "WebP")),
+        [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => ImageFormat::WebP,
         [b'D', b'D', b'S', b' ', ..] => return Err(Fault::unsupported("pixels", "DDS")),
         [] => return Err(fault("the image is empty")),
-        _ => return Err(Fault::unsupported("pixels", "an image that is neither PNG nor JPEG")),
+        _ => return Err(Fault::unsupported("pixels", "an image that is neither PNG, JPEG nor WebP")),
     };
     let reader = |bytes| ImageReader::with_format(Cursor::new(bytes), format);
     let decoded = guarded(|| {
@@ -165,7 +184,7 @@ mod tests {
     // Kills: a format chosen by name instead of content, and silence about what is not supported.
     #[test]
     fn other_formats_are_refused_by_name() {
-        for (bytes, name) in [(&b"\xABKTX 20\xBB"[..], "basisu"), (b"RIFF\0\0\0\0WEBP", "WebP"), (b"DDS \0", "DDS"), (b"BM\0\0", "PNG")] {
+        for (bytes, name) in [(&b"\xABKTX 20\xBB"[..], "basisu"), (b"GIF89a", "PNG"), (b"DDS \0", "DDS"), (b"BM\0\0", "PNG")] {
             let text = decode(bytes, String::new(), 1).unwrap_err().in_named("x").to_string();
             assert!(text.contains(name), "{text}");
         }
