@@ -2,8 +2,8 @@
 
 mod adapters;
 mod compare;
+mod contents;
 mod explain;
-mod info;
 mod manual;
 mod picture;
 mod progress;
@@ -53,7 +53,7 @@ enum Command {
     /// List the built-in scenes.
     Scenes,
     /// Show what is in a scene: cameras, lights, materials, images, memory.
-    Info(info::Arguments),
+    Info(contents::Arguments),
     /// Compare a picture with a reference: MSE, relMSE, mean difference, worst tile.
     Compare(compare::Arguments),
     /// List the GPU adapters, best first.
@@ -123,7 +123,7 @@ pub(crate) fn run() -> Result<(), Failure> {
     match arguments.command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Scenes => scenes::run(),
-        Command::Info(arguments) => info::run(&arguments),
+        Command::Info(arguments) => contents::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Adapters(arguments) => adapters::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
