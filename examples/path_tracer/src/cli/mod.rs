@@ -28,7 +28,7 @@ use clap::{
 /// What a stranger can do next.
 const AFTER_HELP: &str = "\
 Try first:
-  path-tracer render cornell-box                     a picture, cornell-box.png, from a built-in scene
+  path-tracer render cornell-box                     a built-in scene, to cornell-box.png
   path-tracer scenes                                 what else is built in
   path-tracer info scene.glb                         what is in a file of yours
   path-tracer render scene.glb --env sky.hdr --samples 256 --out picture.exr
@@ -36,7 +36,8 @@ Try first:
   path-tracer render --help                          everything that can be chosen
 
 Exit codes: 0 done, 1 it could not be done or a check failed, 2 wrong usage, 130 stopped by Ctrl-C.
-NO_COLOR=1 turns colours off. `path-tracer completions bash` prints completions, `path-tracer man render` a manual page.";
+NO_COLOR=1 turns colours off. `path-tracer completions bash` and `path-tracer man render` print what
+shells and man read.";
 
 /// A path tracer that schedules its work with wavepool.
 #[derive(Debug, Parser)]
