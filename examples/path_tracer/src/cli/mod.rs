@@ -2,9 +2,9 @@
 
 mod adapters;
 mod compare;
+mod contents;
 mod explain;
 mod export;
-mod info;
 mod manual;
 mod picture;
 mod progress;
@@ -29,7 +29,7 @@ use clap::{
 /// What a stranger can do next.
 const AFTER_HELP: &str = "\
 Try first:
-  path-tracer render cornell-box                     a picture, cornell-box.png, from a built-in scene
+  path-tracer render cornell-box                     a built-in scene, to cornell-box.png
   path-tracer scenes                                 what else is built in
   path-tracer info scene.glb                         what is in a file of yours
   path-tracer render scene.glb --env sky.hdr --samples 256 --out picture.exr
@@ -37,7 +37,8 @@ Try first:
   path-tracer render --help                          everything that can be chosen
 
 Exit codes: 0 done, 1 it could not be done or a check failed, 2 wrong usage, 130 stopped by Ctrl-C.
-NO_COLOR=1 turns colours off. `path-tracer completions bash` prints completions, `path-tracer man render` a manual page.";
+NO_COLOR=1 turns colours off. `path-tracer completions bash` and `path-tracer man render` print what
+shells and man read.";
 
 /// A path tracer that schedules its work with wavepool.
 #[derive(Debug, Parser)]
@@ -54,7 +55,7 @@ enum Command {
     /// List the built-in scenes.
     Scenes,
     /// Show what is in a scene: cameras, lights, materials, images, memory.
-    Info(info::Arguments),
+    Info(contents::Arguments),
     /// Compare a picture with a reference: MSE, relMSE, mean difference, worst tile.
     Compare(compare::Arguments),
     /// List the GPU adapters, best first.
@@ -126,7 +127,7 @@ pub(crate) fn run() -> Result<(), Failure> {
     match arguments.command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Scenes => scenes::run(),
-        Command::Info(arguments) => info::run(&arguments),
+        Command::Info(arguments) => contents::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Adapters(arguments) => adapters::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),

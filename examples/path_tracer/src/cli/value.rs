@@ -37,7 +37,7 @@ pub(crate) fn whole(text: &str) -> Result<u32, String> {
 
 /// A whole number above zero.
 pub(crate) fn positive(text: &str) -> Result<u32, String> {
-    text.parse().ok().filter(|number| *number > 0).ok_or_else(|| format!("at least 1 and at most {}, a whole number", u32::MAX))
+    text.parse().ok().filter(|number| *number > 0).ok_or_else(|| format!("expected a whole number from 1 to {}", u32::MAX))
 }
 
 pub(crate) fn finite(text: &str) -> Result<f32, String> {
