@@ -14,6 +14,9 @@ mod gltf;
 mod guard;
 pub mod limits;
 mod model;
+mod obj;
+mod ply;
+mod polygon;
 pub mod shapes;
 mod validate;
 
@@ -25,7 +28,7 @@ pub use environment::load_environment;
 pub use model::*;
 pub use validate::Bounds;
 
-/// Reads a scene file: glTF 2.0, binary (`.glb`) or text (`.gltf`).
+/// Reads a scene file: glTF 2.0, binary (`.glb`) or text (`.gltf`), Wavefront OBJ (`.obj`) with its materials, or PLY (`.ply`).
 ///
 /// The scene has at least one camera; if the file has none, it is [`framing::FRAMED`].
 ///
@@ -33,11 +36,14 @@ pub use validate::Bounds;
 /// When the file cannot be read, breaks its format, or requires an extension that is not supported.
 pub fn load(path: &Path) -> Result<Scene, Error> {
     let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
-    if !matches!(extension.as_deref(), Some("glb" | "gltf")) {
-        return Err(Error::extension(path, ".glb or .gltf"));
-    }
+    let read = match extension.as_deref() {
+        Some("glb" | "gltf") => gltf::read,
+        Some("obj") => obj::read,
+        Some("ply") => ply::read,
+        _ => return Err(Error::extension(path, ".glb or .gltf, .obj or .ply")),
+    };
     let bytes = limits::read_file(path)?;
-    let mut scene = gltf::read(path, &bytes).map_err(|fault| fault.in_file(path))?;
+    let mut scene = read(path, &bytes).map_err(|fault| fault.in_file(path))?;
     scene.check().map_err(|fault| fault.in_file(path))?;
     if scene.triangles.is_empty() {
         scene.warnings.push(String::from("the scene shows no triangles"));

@@ -17,10 +17,10 @@ use super::topology::Mode;
 use crate::error::Fault;
 
 /// Vertices and triangles with one material, in the space of the mesh.
-pub(super) struct Primitive {
-    pub(super) vertices: Vec<Vertex>,
-    pub(super) triangles: Vec<[u32; 3]>,
-    pub(super) material: u32,
+pub(in crate::scene) struct Primitive {
+    pub(in crate::scene) vertices: Vec<Vertex>,
+    pub(in crate::scene) triangles: Vec<[u32; 3]>,
+    pub(in crate::scene) material: u32,
 }
 
 /// What a primitive has to know about its material.
@@ -182,7 +182,7 @@ impl Primitive {
     }
 
     /// Replaces normals of length zero by that of a triangle at the vertex; returns how many there were.
-    pub(super) fn repair_normals(&mut self) -> usize {
+    pub(in crate::scene) fn repair_normals(&mut self) -> usize {
         let bad: Vec<bool> = self.vertices.iter().map(|v| v.normal == Vec3::ZERO).collect();
         let n_bad = bad.iter().filter(|&&bad| bad).count();
         if n_bad > 0 {

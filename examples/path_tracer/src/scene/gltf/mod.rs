@@ -14,15 +14,15 @@ mod container;
 mod extensions;
 mod json;
 mod material;
-mod mesh;
+pub(super) mod mesh;
 mod nodes;
 mod punctual;
-mod tangents;
+pub(super) mod tangents;
 #[cfg(test)]
 mod tests;
-mod texture;
+pub(super) mod texture;
 mod topology;
-mod uri;
+pub(super) mod uri;
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -48,7 +48,7 @@ impl Warnings {
     /// Nobody reads more, and a file could otherwise make as many as it has bytes.
     const MOST: usize = 100;
 
-    fn push(&mut self, line: String) {
+    pub(super) fn push(&mut self, line: String) {
         let line = one_line(&line);
         if self.lines.contains(&line) {
             return;
@@ -65,7 +65,7 @@ impl Warnings {
         &self.lines
     }
 
-    fn into_lines(mut self) -> Vec<String> {
+    pub(super) fn into_lines(mut self) -> Vec<String> {
         if self.n_more > 0 {
             self.lines.push(format!("{} more warnings are not shown", self.n_more));
         }

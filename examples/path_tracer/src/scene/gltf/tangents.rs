@@ -52,7 +52,7 @@ impl Geometry for Corners<'_> {
 }
 
 /// Gives every vertex a tangent; vertices whose triangles disagree are split.
-pub(super) fn generate(primitive: &mut Primitive, uv_set: usize) {
+pub(in crate::scene) fn generate(primitive: &mut Primitive, uv_set: usize) {
     let tangents = vec![Vec4::ZERO; primitive.triangles.len() * 3];
     let mut corners = Corners { primitive, uv_set, tangents };
     // The error has no variants yet; corners that got no tangent have the fallback below.

@@ -101,7 +101,7 @@ impl Textures<'_> {
 }
 
 /// Decodes PNG or JPEG; the first bytes decide which, because declared types are often wrong.
-fn decode(bytes: &[u8], name: String, n_texels_left: u64) -> Result<Image, Fault> {
+pub(in crate::scene) fn decode(bytes: &[u8], name: String, n_texels_left: u64) -> Result<Image, Fault> {
     let fault = |what: &str| Fault::invalid("pixels", what);
     let format = match bytes {
         [0x89, b'P', b'N', b'G', ..] => ImageFormat::Png,
