@@ -4,6 +4,7 @@
 //! statements without a counterpart in the scene's model are named once.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use glam::Vec3;
 
@@ -49,10 +50,9 @@ pub(super) fn read(bytes: &[u8], definitions: &mut HashMap<String, Definition>, 
     let mut open: Option<(String, Definition)> = None;
     let mut close = |open: Option<(String, Definition)>, warnings: &mut Warnings| {
         let Some((name, definition)) = open else { return };
-        if definitions.contains_key(&name) {
-            warnings.push(format!("material '{name}' is defined twice, the first counts"));
-        } else {
-            definitions.insert(name, definition);
+        match definitions.entry(name) {
+            Entry::Occupied(known) => warnings.push(format!("material '{}' is defined twice, the first counts", known.key())),
+            Entry::Vacant(vacant) => drop(vacant.insert(definition)),
         }
     };
     for (number, line) in Lines::new(bytes)? {
