@@ -14,6 +14,7 @@ use std::io::Cursor;
 
 use exr::block::reader::ChunksReader;
 use exr::compression::Compression;
+use exr::meta::BlockDescription;
 use exr::meta::attribute::{ChannelDescription, SampleType};
 use exr::meta::header::Header;
 use half::f16;
@@ -74,6 +75,7 @@ fn read_guarded(bytes: &[u8]) -> Result<Panorama, Stop> {
         warnings.push(format!("the channels of the layer '{}' are shown", layer.trim_end_matches('.')));
     }
     let n_texels = check_size(header, bytes.len())?;
+    headers.iter().try_for_each(|header| check_blocks(header, bytes.len()))?;
     let window = Window::of(header, &mut warnings);
 
     let mut texels = vec![[0.0f32; 3]; window.width * window.height];
@@ -107,19 +109,7 @@ fn read_guarded(bytes: &[u8]) -> Result<Panorama, Stop> {
 /// The number of texels in the data window, after the check that so many may be there.
 fn check_size(header: &Header, n_bytes: usize) -> Result<u64, Fault> {
     let (width, height) = (header.layer_size.0, header.layer_size.1);
-    // The most bytes that one byte of a file can decode to.
-    let ratio = match header.compression {
-        Compression::Uncompressed => 1,
-        // Two bytes are a run of 128.
-        Compression::RLE => 64,
-        // Four bytes out of three, on top of what deflate can do; the Huffman runs of PIZ are shorter.
-        Compression::ZIP1 | Compression::ZIP16 | Compression::PXR24 | Compression::PIZ => 1376,
-        // Sixteen samples in three bytes, or in fourteen.
-        Compression::B44 | Compression::B44A => 11,
-        // A block of 64 samples is one word, and words are deflated.
-        Compression::DWAA(_) | Compression::DWAB(_) => 1 << 15,
-        other => return Err(Fault::unsupported("header", format_args!("the compression {other:?}"))),
-    };
+    let ratio = most_bytes_per_byte(header.compression)?;
     let n_texels = (width as u64).checked_mul(height as u64).filter(|&n| n <= limits::ENVIRONMENT_TEXELS as u64);
     let n_texels = n_texels.ok_or_else(|| {
         Fault::invalid("header", format_args!("{width} x {height} texels are too many (at most {})", limits::ENVIRONMENT_TEXELS))
@@ -130,6 +120,38 @@ fn check_size(header: &Header, n_bytes: usize) -> Result<u64, Fault> {
         return Err(Fault::invalid("header", what));
     }
     Ok(n_texels)
+}
+
+/// Refuses blocks that nothing in the file can fill, in any part: the decoder makes room for one before it knows its size.
+fn check_blocks(header: &Header, n_bytes: usize) -> Result<(), Fault> {
+    /// Honest tiles may be larger than their picture.
+    const ANY_FILE: u64 = 16 << 20;
+    let (width, height) = match &header.blocks {
+        BlockDescription::Tiles(tiles) => (tiles.tile_size.0, tiles.tile_size.1),
+        BlockDescription::ScanLines => (header.layer_size.0, header.compression.scan_lines_per_block().min(header.layer_size.1)),
+    };
+    let size = (width as u64).saturating_mul(height as u64).saturating_mul(header.channels.bytes_per_pixel as u64);
+    let most = most_bytes_per_byte(header.compression)?.saturating_mul(n_bytes as u64).max(ANY_FILE);
+    if size > most {
+        return Err(Fault::invalid("header", format_args!("blocks of {width} x {height} texels are too large for {n_bytes} bytes")));
+    }
+    Ok(())
+}
+
+/// The most bytes that one byte of a file can decode to.
+fn most_bytes_per_byte(compression: Compression) -> Result<u64, Fault> {
+    Ok(match compression {
+        Compression::Uncompressed => 1,
+        // Two bytes are a run of 128.
+        Compression::RLE => 64,
+        // Four bytes out of three, on top of what deflate can do; the Huffman runs of PIZ are shorter.
+        Compression::ZIP1 | Compression::ZIP16 | Compression::PXR24 | Compression::PIZ => 1376,
+        // Sixteen samples in three bytes, or in fourteen.
+        Compression::B44 | Compression::B44A => 11,
+        // A block of 64 samples is one word, and words are deflated.
+        Compression::DWAA(_) | Compression::DWAB(_) => 1 << 15,
+        other => return Err(Fault::unsupported("header", format_args!("the compression {other:?}"))),
+    })
 }
 
 /// Where the data window lies in the panorama.

@@ -109,6 +109,18 @@ fn sizes_are_compared_with_what_bytes_can_hold() {
     assert!(promised(1 << 24).contains("16777216 x 16777216 texels are too many (at most 134217728)"), "{}", promised(1 << 24));
 }
 
+// Kills: room for a tile of any size that a header names, and a bound that refuses tiles larger than their picture.
+#[test]
+fn tiles_are_compared_with_the_file() {
+    let tiled = |side: usize| {
+        let made = part("a", &["R", "G", "B"], true, Compression::ZIP16, Blocks::Tiles(Vec2(side, side)), (0, 0));
+        read(&file(vec![made], bounds((0, 0), (WIDTH, HEIGHT))))
+    };
+    assert_eq!(tiled(1024).unwrap().texels[1], [1.0, 257.0, 513.0]);
+    let words = text(tiled(30_000));
+    assert!(words.contains("blocks of 30000 x 30000 texels are too large for"), "{words}");
+}
+
 // Kills: the last part with colours, layers that win over plain names, and parts or layers that are chosen without a word.
 #[test]
 fn parts_and_layers_are_chosen_and_named() {
