@@ -12,7 +12,7 @@ use super::{Failure, render, say};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// A built-in scene (see `path-tracer scenes`) or a .glb or .gltf file.
+    /// A built-in scene (see `path-tracer scenes`) or a .glb, .gltf, .obj or .ply file.
     scene: String,
     /// Light the scene with an equirectangular .hdr or .exr image.
     #[arg(long, value_name = "FILE")]

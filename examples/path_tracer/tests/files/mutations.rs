@@ -296,6 +296,21 @@ fn flat_panorama() -> Vec<u8> {
     [b"#?RADIANCE\n\n-Y 512 +X 4096\n".to_vec(), lines].concat()
 }
 
+/// A mesh without normals, whose indices take a byte each.
+fn flat_mesh(n_bytes: usize) -> Vec<u8> {
+    let mut bin: Vec<u8> = [0.0f32, 0., 0., 1., 0., 0., 0., 1., 0.].iter().flat_map(|number| number.to_le_bytes()).collect();
+    let count = n_bytes / 12 * 12;
+    bin.extend([0, 1, 2].repeat(count / 3));
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"type":"VEC3","count":3}},
+        {{"bufferView":1,"componentType":5121,"type":"SCALAR","count":{count}}}],
+        "bufferViews":[{{"buffer":0,"byteLength":36}},{{"buffer":0,"byteOffset":36,"byteLength":{count}}}],"buffers":[{{"byteLength":{}}}]}}"#,
+        bin.len()
+    );
+    samples::container(json.into_bytes(), &bin)
+}
+
 /// Files that promise nothing false and are as dense as their format allows.
 fn dense() -> Vec<(&'static str, Vec<u8>, usize)> {
     const SIZE: usize = 1 << 20;
@@ -312,12 +327,18 @@ fn dense() -> Vec<(&'static str, Vec<u8>, usize)> {
     smooth.extend(b"s 1\n");
     (0..SIZE / 24).for_each(|at| smooth.extend(format!("f {} {} {}\n", 1 + at, 2 + at, 3 + at).bytes()));
     let names: Vec<u8> = (0..SIZE / 20).flat_map(|at| format!("usemtl {at}\nf 1 2 3\n").into_bytes()).collect();
+    let mut bumpy = b"mtllib m.mtl\nusemtl wood\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n".to_vec();
+    bumpy.extend(b"f 1/1 2/2 3/3\n".repeat(SIZE / 14));
     let materials = [b"v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_vec(), names].concat();
     vec![
         ("a.ply", points, BYTES_PER_BYTE),
         ("polygons.obj", polygons, BYTES_PER_BYTE),
         ("smooth.obj", smooth, BYTES_PER_BYTE),
         ("materials.obj", materials, BYTES_PER_BYTE),
+        // Corners that share nothing, with tangents.
+        ("bumpy.obj", bumpy, BYTES_PER_BYTE),
+        // Three indices of one byte are three vertices of 72 bytes, which exist three times while they move into the world.
+        ("flat.glb", flat_mesh(SIZE), 4 * BYTES_PER_BYTE),
         // 341 texels for a byte, each of which takes 4 bytes encoded, again while the list grows, and 12 as a colour.
         ("flat.hdr", flat_panorama(), 1 << 13),
     ]
@@ -327,6 +348,8 @@ fn dense() -> Vec<(&'static str, Vec<u8>, usize)> {
 #[test]
 fn dense_files_keep_the_cap() {
     let folder = tempfile::tempdir().expect("a folder");
+    fs::write(folder.path().join("m.mtl"), samples::MTL).expect("written");
+    fs::write(folder.path().join("a.png"), samples::png()).expect("written");
     for (name, bytes, factor) in dense() {
         let path = folder.path().join(name);
         fs::write(&path, &bytes).expect("written");

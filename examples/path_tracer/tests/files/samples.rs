@@ -94,11 +94,15 @@ pub(crate) fn gltf(picture: &[u8]) -> Vec<u8> {
 /// The same scene as a `.glb`.
 pub(crate) fn glb(picture: &[u8]) -> Vec<u8> {
     let bin = buffer(picture);
-    let mut json = gltf_text("", bin.len(), picture).into_bytes();
+    container(gltf_text("", bin.len(), picture).into_bytes(), &bin)
+}
+
+/// A `.glb` of its two chunks; `bin` fills whole words.
+pub(crate) fn container(mut json: Vec<u8>, bin: &[u8]) -> Vec<u8> {
     json.resize(json.len().next_multiple_of(4), b' ');
     let word = |n: usize| u32::try_from(n).expect("small").to_le_bytes();
     let parts: [&[u8]; 9] =
-        [b"glTF", &word(2), &word(28 + json.len() + bin.len()), &word(json.len()), b"JSON", &json, &word(bin.len()), b"BIN\0", &bin];
+        [b"glTF", &word(2), &word(28 + json.len() + bin.len()), &word(json.len()), b"JSON", &json, &word(bin.len()), b"BIN\0", bin];
     parts.concat()
 }
 

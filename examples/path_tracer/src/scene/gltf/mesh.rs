@@ -116,7 +116,9 @@ pub(super) fn read(
     if let Some(uv_set) = material.normal_uv_set {
         // The format says that tangents of a mesh without normals are to be ignored.
         if flat || !primitive.attributes.contains_key("TANGENT") {
-            tangents::generate(&mut made, uv_set.min(1) as usize);
+            if !tangents::generate(&mut made, uv_set.min(1) as usize) {
+                warnings.push(format!("{place}: {}", tangents::CROWDED));
+            }
         }
     }
     Ok(Some(made))

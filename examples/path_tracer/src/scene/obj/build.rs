@@ -80,7 +80,9 @@ pub(super) fn build(
         drop(known);
         n_repaired += made.repair_normals();
         if let Some(texture) = material.normal_texture {
-            tangents::generate(&mut made, texture.uv_set.min(1) as usize);
+            if !tangents::generate(&mut made, texture.uv_set.min(1) as usize) {
+                warnings.push(format!("material '{}': {}", material.name, tangents::CROWDED));
+            }
         }
         scene.materials.push(material);
         append(scene, made)?;
