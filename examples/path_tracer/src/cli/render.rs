@@ -6,7 +6,7 @@ use std::{
 };
 
 use path_tracer::{
-    Crop, Observer, Renderer, Rendering, Settings, Wish,
+    Crop, LayerRequest, Observer, Renderer, Rendering, Settings, Wish,
     output::{self, Facts, Options, Picture},
     wavepool::{GpuContext, GpuOptions, Instruments, Progress, Report, Schedule},
 };
@@ -50,6 +50,9 @@ pub(crate) struct Arguments {
     /// NAME[,key=value...], for example block,threshold=0.25,order=depth-max; `path-tracer schedules` lists names and keys.
     #[arg(long, value_name = "SPEC", default_value = "block", value_parser = schedule)]
     schedule: Schedule,
+    /// What to find out beside the colour, for an .exr: NAME[,NAME...] of albedo, normal, depth, position, object, material, variance, or all.
+    #[arg(long, value_name = "NAMES", default_value = "none", value_parser = layers)]
+    layers: LayerRequest,
     /// Blocks of 256 lanes that are in flight at once.
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = value::positive)]
     pool_blocks: Option<u32>,
@@ -74,6 +77,10 @@ pub(crate) struct Arguments {
     checked: bool,
     #[command(flatten)]
     pub(crate) voice: VoiceArguments,
+}
+
+fn layers(text: &str) -> Result<LayerRequest, String> {
+    text.parse().map_err(|error: path_tracer::gpu_scene::Error| error.to_string())
 }
 
 fn schedule(text: &str) -> Result<Schedule, String> {
@@ -109,6 +116,7 @@ impl Arguments {
             seed: self.seed,
             schedule,
             crop,
+            layers: self.layers,
             instruments,
             ..Settings::default()
         })
@@ -249,7 +257,9 @@ impl Onlooker<'_> {
         let samples = rendering.film.samples().iter().copied().max().unwrap_or(0);
         facts.texts.push(("samples".into(), samples.to_string()));
         facts.texts.push(("filmHash".into(), format!("{:016x}", rendering.film.hash())));
-        let picture = Picture { facts, ..Picture::of_color(self.settings.width, self.settings.height, rendering.pixels()) };
+        // `samples` alone is no layer that somebody has asked for.
+        let layers = if self.settings.layers == LayerRequest::NONE { Vec::new() } else { rendering.layers() };
+        let picture = Picture { facts, layers, ..Picture::of_color(self.settings.width, self.settings.height, rendering.pixels()) };
         match self.settings.crop {
             None => picture,
             Some(crop) => picture.cropped(crop.x, crop.y, crop.width, crop.height),

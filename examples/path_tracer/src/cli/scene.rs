@@ -2,14 +2,23 @@
 
 use std::path::{Path, PathBuf};
 
-use path_tracer::scene::{self, Environment, Scene};
+use path_tracer::scene::{self, Environment, LoadOptions, Scene};
 
 use super::{Failure, value};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct SceneArguments {
-    /// A built-in scene (see `path-tracer scenes`) or a .glb or .gltf file.
+    /// A built-in scene (see `path-tracer scenes`) or a .glb, .gltf, .obj or .ply file.
     pub(crate) scene: String,
+    /// Show animations at this moment; without it everything is in its rest pose.
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = value::finite)]
+    time: Option<f32>,
+    /// Which animation, when a file has several; the first one when not given.
+    #[arg(long, value_name = "NAME", requires = "time")]
+    animation: Option<String>,
+    /// A variant of the materials.
+    #[arg(long, value_name = "NAME")]
+    variant: Option<String>,
     /// Light the scene with an equirectangular .hdr or .exr image.
     #[arg(long, value_name = "FILE")]
     pub(crate) env: Option<PathBuf>,
@@ -24,7 +33,8 @@ pub(crate) struct SceneArguments {
 impl SceneArguments {
     /// The scene, lit by something; what had to be assumed is in its warnings.
     pub(crate) fn load(&self) -> Result<Scene, Failure> {
-        let mut scene = load(&self.scene, self.env.as_deref())?;
+        let options = LoadOptions { time: self.time, animation: self.animation.clone(), variant: self.variant.clone() };
+        let mut scene = load(&self.scene, self.env.as_deref(), &options)?;
         for (option, is_given) in [("--env-intensity", self.env_intensity != 1.0), ("--env-rotation", self.env_rotation != 0.0)] {
             if is_given && scene.environment.is_none() {
                 let what = "the scene has no environment that it could apply to";
@@ -43,10 +53,15 @@ impl SceneArguments {
 }
 
 /// A built-in scene or a file, with its environment and lit by something.
-pub(crate) fn load(name: &str, env: Option<&Path>) -> Result<Scene, Failure> {
+pub(crate) fn load(name: &str, env: Option<&Path>, options: &LoadOptions) -> Result<Scene, Failure> {
     let mut scene = match scene::builtin(name) {
+        Some(_) if *options != LoadOptions::default() => {
+            return Err(Failure::Usage(format!(
+                "{name}: a built-in scene has no animations and no variants (--time, --animation, --variant)"
+            )));
+        }
         Some(scene) => scene,
-        None => load_file(name)?,
+        None => load_file(name, options)?,
     };
     if let Some(path) = env {
         let (environment, warnings) = scene::load_environment(path)?;
@@ -61,12 +76,12 @@ pub(crate) fn load(name: &str, env: Option<&Path>) -> Result<Scene, Failure> {
 }
 
 /// A name without a known ending that is no file was meant as a built-in scene.
-fn load_file(name: &str) -> Result<Scene, Failure> {
+fn load_file(name: &str, options: &LoadOptions) -> Result<Scene, Failure> {
     let path = Path::new(name);
     if path.extension().is_none() && !path.exists() {
         return Err(Failure::Runtime(format!("{name}: no such file, and no built-in scene; these are: {}", value::known_scenes())));
     }
-    Ok(scene::load(path)?)
+    Ok(scene::load_with(path, options)?)
 }
 
 /// Multiplies all radiance; returns how many values would have become infinite.

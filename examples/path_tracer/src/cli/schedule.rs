@@ -4,6 +4,7 @@ use std::{ops::ControlFlow, path::PathBuf};
 
 use path_tracer::{
     Renderer, Settings, output,
+    scene::LoadOptions,
     wavepool::{GpuContext, GpuOptions, ImageTiles, Instruments, Schedule},
 };
 use wavepool_lab::drawing::{self, Chart};
@@ -16,7 +17,7 @@ use super::{
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// A built-in scene (see `path-tracer scenes`) or a .glb or .gltf file.
+    /// A built-in scene (see `path-tracer scenes`) or a .glb, .gltf, .obj or .ply file.
     scene: String,
     /// Light the scene with an equirectangular .hdr or .exr image.
     #[arg(long, value_name = "FILE")]
@@ -69,7 +70,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Size { width, height } = arguments.size;
     let schedules = arguments.schedules()?;
     let format = output::drawing::check_writable(&arguments.out)?;
-    let mut scene = load(&arguments.scene, arguments.env.as_deref())?;
+    let mut scene = load(&arguments.scene, arguments.env.as_deref(), &LoadOptions::default())?;
     scene.reframe(width as f32 / height as f32);
     scene.warnings.iter().for_each(|warning| eprintln!("note: {warning}"));
 

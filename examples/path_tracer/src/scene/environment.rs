@@ -30,6 +30,7 @@ pub(crate) struct Panorama {
 pub fn load_environment(path: &Path) -> Result<(Environment, Vec<String>), Error> {
     let Panorama { width, height, mut texels, mut warnings } = read_panorama(path)?;
     warnings.extend(sanitise(&mut texels));
+    warnings.extend(oddity(&texels));
     let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let environment = Environment { name, width, height, texels };
     environment.check().map_err(|fault| fault.in_file(path))?;
@@ -87,6 +88,22 @@ impl Environment {
     }
 }
 
+/// A line for a panorama that is valid, but hardly what its author meant.
+fn oddity(texels: &[[f32; 3]]) -> Option<String> {
+    // The sun itself has less than this in any unit that people use.
+    const BRIGHTEST: f32 = 1e12;
+    let brightest = texels.as_flattened().iter().copied().fold(0.0, f32::max);
+    if brightest == 0.0 {
+        Some(String::from("the panorama is black and lights nothing"))
+    } else if brightest > BRIGHTEST {
+        Some(format!("the panorama has a value of {brightest:e}, which leaves nothing else to be seen"))
+    } else if texels.len() == 1 {
+        Some(String::from("the panorama is a single texel: the same light from everywhere"))
+    } else {
+        None
+    }
+}
+
 /// NaN and negative numbers become 0, infinity the largest number; returns a line for each kind that there was.
 fn sanitise(texels: &mut [[f32; 3]]) -> Vec<String> {
     const EXPONENT: u32 = 0x7F80_0000;
@@ -131,6 +148,15 @@ mod tests {
             ]
         );
         assert!(sanitise(&mut texels).is_empty());
+    }
+
+    // Kills: black or absurd panoramas that are shown without a word, and a word about good ones.
+    #[test]
+    fn odd_panoramas_are_told() {
+        assert!(oddity(&[[0.0; 3]; 2]).is_some_and(|line| line.contains("black")));
+        assert!(oddity(&[[1.0, 1.7e38, 0.0]; 2]).is_some_and(|line| line.contains("1.7e38")));
+        assert!(oddity(&[[1.0; 3]]).is_some_and(|line| line.contains("single texel")));
+        assert_eq!(oddity(&[[0.0; 3], [1e9, 0.0, 0.0]]), None);
     }
 
     // Kills: a sky that is upside down, or that violates the invariant.

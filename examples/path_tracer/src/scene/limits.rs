@@ -16,7 +16,7 @@ pub const VERTICES: usize = 1 << 25;
 /// Triangles after all instances are baked.
 pub const TRIANGLES: usize = 1 << 26;
 /// Elements of an accessor that has no data of its own.
-pub const IMPLIED_ELEMENTS: usize = 1 << 20;
+pub const IMPLIED_ELEMENTS: usize = 1 << 17;
 /// Side of an image in texels.
 pub const IMAGE_SIDE: u32 = 1 << 14;
 /// Texels of all images of a scene together.

@@ -15,6 +15,9 @@ mod guard;
 pub mod limits;
 mod material_extensions;
 mod model;
+mod obj;
+mod ply;
+mod polygon;
 pub mod shapes;
 mod validate;
 
@@ -38,7 +41,7 @@ pub struct LoadOptions {
     pub variant: Option<String>,
 }
 
-/// Reads a scene file: glTF 2.0, binary (`.glb`) or text (`.gltf`).
+/// Reads a scene file: glTF 2.0, binary (`.glb`) or text (`.gltf`), Wavefront OBJ (`.obj`) with its materials, or PLY (`.ply`).
 ///
 /// The scene has at least one camera; if the file has none, it is [`framing::FRAMED`].
 ///
@@ -54,11 +57,20 @@ pub fn load(path: &Path) -> Result<Scene, Error> {
 /// As [`load`], and when the file has no animation or no variant of the name, or the time is not finite.
 pub fn load_with(path: &Path, options: &LoadOptions) -> Result<Scene, Error> {
     let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
-    if !matches!(extension.as_deref(), Some("glb" | "gltf")) {
-        return Err(Error::extension(path, ".glb or .gltf"));
-    }
+    let kind = match extension.as_deref() {
+        Some(kind @ ("glb" | "gltf" | "obj" | "ply")) => kind,
+        _ => return Err(Error::extension(path, ".glb or .gltf, .obj or .ply")),
+    };
     let bytes = limits::read_file(path)?;
-    let mut scene = gltf::read(path, &bytes, options).map_err(|fault| fault.in_file(path))?;
+    let read = match kind {
+        "obj" => obj::read(path, &bytes),
+        "ply" => ply::read(path, &bytes),
+        _ => gltf::read(path, &bytes, options),
+    };
+    let mut scene = read.map_err(|fault| fault.in_file(path))?;
+    if matches!(kind, "obj" | "ply") && *options != LoadOptions::default() {
+        scene.warnings.push(format!("a .{kind} file has no animations and no variants: what was asked for is left out"));
+    }
     scene.check().map_err(|fault| fault.in_file(path))?;
     if scene.triangles.is_empty() {
         scene.warnings.push(String::from("the scene shows no triangles"));

@@ -41,7 +41,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Panorama, Fault> {
         }
     };
     let (width, height) = header.size();
-    Ok(Panorama { width: width as u32, height: height as u32, texels, warnings: Vec::new() })
+    Ok(Panorama { width: width as u32, height: height as u32, texels, warnings: header.warnings })
 }
 
 /// How scanlines lie in the picture.
@@ -60,8 +60,14 @@ struct Header {
     line_length: usize,
     order: Order,
     exposure: f64,
+    /// What COLORCORR says each channel was multiplied with.
+    correction: [f64; 3],
     xyz: bool,
+    warnings: Vec<String>,
 }
+
+/// A scanline of old runs that repeat their first texel takes three words at most; no honest picture is flatter.
+const TEXELS_PER_BYTE: usize = 1024;
 
 impl Header {
     fn read(bytes: &[u8]) -> Result<(Header, &[u8]), Fault> {
@@ -69,7 +75,8 @@ impl Header {
             return Err(Fault::invalid("header", "the file does not start with #?RADIANCE or #?RGBE"));
         }
         let mut rest = bytes;
-        let (mut exposure, mut xyz) = (1.0f64, false);
+        let (mut exposure, mut correction, mut xyz) = (1.0f64, [1.0f64; 3], false);
+        let mut warnings = Vec::new();
         loop {
             let line = next_line(&mut rest).ok_or_else(|| Fault::invalid("header", "the file ends before the empty line"))?;
             if line.is_empty() {
@@ -87,6 +94,17 @@ impl Header {
                     Ok(factor) if factor > 0.0 && (exposure * factor).is_normal() => exposure *= factor,
                     _ => return Err(Fault::invalid("header", format_args!("EXPOSURE '{}' is no positive number", value.trim()))),
                 },
+                "COLORCORR" => {
+                    let factors: Vec<f64> = value.split_ascii_whitespace().take(4).map_while(|word| word.parse().ok()).collect();
+                    for (whole, factor) in correction.iter_mut().zip(&factors) {
+                        *whole *= factor;
+                    }
+                    if factors.len() != 3 || !correction.iter().all(|&whole| whole > 0.0 && whole.is_normal()) {
+                        return Err(Fault::invalid("header", format_args!("COLORCORR '{}' is no three positive numbers", value.trim())));
+                    }
+                }
+                "PRIMARIES" => warnings.push(String::from("PRIMARIES is left out: the colours are taken as those of Rec. 709")),
+                "PIXASPECT" => warnings.push(String::from("PIXASPECT is left out: the picture spans the whole sphere")),
                 _ => {}
             }
         }
@@ -96,7 +114,11 @@ impl Header {
         if rest.len() / 4 < n_lines {
             return Err(Fault::invalid("resolution", format_args!("{} bytes cannot hold {n_lines} scanlines", rest.len())));
         }
-        Ok((Header { n_lines, line_length, order, exposure, xyz }, rest))
+        if n_lines * line_length / TEXELS_PER_BYTE > rest.len() {
+            let what = format!("{} bytes cannot hold {n_lines} x {line_length} texels", rest.len());
+            return Err(Fault::invalid("resolution", what));
+        }
+        Ok((Header { n_lines, line_length, order, exposure, correction, xyz, warnings }, rest))
     }
 
     fn size(&self) -> (usize, usize) {
@@ -110,6 +132,7 @@ impl Header {
         }
         let scale = 2f64.powi(i32::from(e) - 136) / self.exposure;
         let [x, y, z] = [r, g, b].map(|mantissa| f64::from(mantissa) * scale);
+        let [x, y, z] = [x / self.correction[0], y / self.correction[1], z / self.correction[2]];
         let rgb = if self.xyz {
             [
                 3.240_97 * x - 1.537_383 * y - 0.498_611 * z,
@@ -273,6 +296,16 @@ mod tests {
         assert!(read(&file("EXPOSURE=nan\n", "-Y 1 +X 1", &[0; 4])).is_err());
     }
 
+    // Kills: a correction that is ignored, multiplied, or taken from the last line alone.
+    #[test]
+    fn color_corrections_are_divided_out() {
+        let found = read(&file("COLORCORR=2 4 0.5\nCOLORCORR=1 1 2\nPRIMARIES=0 0\n", "-Y 1 +X 1", &[128, 128, 128, 129])).unwrap();
+        assert_eq!((found.texels[0], found.warnings.len()), ([0.5, 0.25, 1.0], 1));
+        for bad in ["1 2", "1 2 3 4", "0 1 1", "1 x 1", "1e300 1e300 1e300\nCOLORCORR=1e300 1 1"] {
+            assert!(read(&file(&format!("COLORCORR={bad}\n"), "-Y 1 +X 1", &[0; 4])).is_err(), "{bad}");
+        }
+    }
+
     // Kills: a run that is not shifted when it continues, and a shift that survives the next texel.
     #[test]
     fn old_runs_are_digits_of_one_number() {
@@ -301,7 +334,17 @@ mod tests {
     // Kills: allocating what the header promises.
     #[test]
     fn promises_are_not_believed() {
-        for line in ["-Y 2000000000 +X 2000000000", "-Y 100000 +X 1000", "-Y 0 +X 8", "-Y -1 +X 8", "-Y 1 +Y 8", "-Y a +X 8", "", "-Y 1"] {
+        for line in [
+            "-Y 8 +X 10000000",
+            "-Y 2000000000 +X 2000000000",
+            "-Y 100000 +X 1000",
+            "-Y 0 +X 8",
+            "-Y -1 +X 8",
+            "-Y 1 +Y 8",
+            "-Y a +X 8",
+            "",
+            "-Y 1",
+        ] {
             assert!(read(&file("", line, &[0; 64])).is_err(), "{line}");
         }
     }

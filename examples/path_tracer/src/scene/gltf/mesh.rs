@@ -19,14 +19,14 @@ use crate::error::Fault;
 
 /// Vertices and triangles with one material, in the space of the mesh.
 #[derive(Default)]
-pub(super) struct Primitive {
-    pub(super) vertices: Vec<Vertex>,
-    pub(super) triangles: Vec<[u32; 3]>,
-    pub(super) material: u32,
+pub(in crate::scene) struct Primitive {
+    pub(in crate::scene) vertices: Vec<Vertex>,
+    pub(in crate::scene) triangles: Vec<[u32; 3]>,
+    pub(in crate::scene) material: u32,
     /// For each vertex the one of the file that it comes from.
-    pub(super) sources: Vec<u32>,
+    pub(in crate::scene) sources: Vec<u32>,
     /// True when the file has no normals, so that every triangle has vertices of its own.
-    pub(super) flat: bool,
+    pub(in crate::scene) flat: bool,
 }
 
 /// What a primitive has to know about its material.
@@ -128,7 +128,9 @@ pub(super) fn read(
     if let Some(uv_set) = material.tangent_uv_set {
         // The format says that tangents of a mesh without normals are to be ignored.
         if !moves.tangents || flat {
-            tangents::generate(&mut made, uv_set.min(1) as usize);
+            if !tangents::generate(&mut made, uv_set.min(1) as usize) {
+                warnings.push(format!("{place}: {}", tangents::CROWDED));
+            }
         }
     }
     Ok(Some(made))
@@ -195,7 +197,7 @@ impl Primitive {
     }
 
     /// Replaces normals of length zero by that of a triangle at the vertex; returns how many there were.
-    pub(super) fn repair_normals(&mut self) -> usize {
+    pub(in crate::scene) fn repair_normals(&mut self) -> usize {
         let bad: Vec<bool> = self.vertices.iter().map(|v| v.normal == Vec3::ZERO).collect();
         let n_bad = bad.iter().filter(|&&bad| bad).count();
         if n_bad > 0 {

@@ -18,19 +18,19 @@ mod instancing;
 mod json;
 mod layers;
 mod material;
-mod mesh;
+pub(super) mod mesh;
 mod meshopt;
 mod morph;
 mod nodes;
 mod punctual;
 mod skin;
 mod specular_glossiness;
-mod tangents;
+pub(super) mod tangents;
 #[cfg(test)]
 mod tests;
-mod texture;
+pub(super) mod texture;
 mod topology;
-mod uri;
+pub(super) mod uri;
 mod variants;
 
 use std::collections::hash_map::Entry;
@@ -61,7 +61,7 @@ impl Warnings {
     /// Nobody reads more, and a file could otherwise make as many as it has bytes.
     const MOST: usize = 100;
 
-    fn push(&mut self, line: String) {
+    pub(super) fn push(&mut self, line: String) {
         let line = one_line(&line);
         if self.lines.contains(&line) {
             return;
@@ -78,7 +78,7 @@ impl Warnings {
         &self.lines
     }
 
-    fn into_lines(mut self) -> Vec<String> {
+    pub(super) fn into_lines(mut self) -> Vec<String> {
         if self.n_more > 0 {
             self.lines.push(format!("{} more warnings are not shown", self.n_more));
         }

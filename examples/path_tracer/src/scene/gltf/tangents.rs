@@ -51,8 +51,33 @@ impl Geometry for Corners<'_> {
     }
 }
 
-/// Gives every vertex a tangent; vertices whose triangles disagree are split.
-pub(super) fn generate(primitive: &mut Primitive, uv_set: usize) {
+/// What a caller says when [`generate`] gave up.
+pub(in crate::scene) const CROWDED: &str = "too many triangles meet at one vertex: the normal texture lies in an arbitrary direction";
+
+/// MikkTSpace compares all triangles at a vertex with each other; this tells whether that ends in time.
+///
+/// An honest mesh has six triangles at a vertex, so 18 comparisons for each triangle.
+fn is_affordable(primitive: &Primitive, uv_set: usize) -> bool {
+    const ANY_MESH: u64 = 100_000_000;
+    const FOR_EACH_TRIANGLE: u64 = 256;
+    let mut meetings: HashMap<[u32; 8], u64> = HashMap::with_capacity(primitive.vertices.len());
+    for &index in primitive.triangles.as_flattened() {
+        let vertex = &primitive.vertices[index as usize];
+        let ([x, y, z], [nx, ny, nz], uv) = (vertex.position.to_array(), vertex.normal.to_array(), vertex.uv[uv_set]);
+        // Adding zero makes minus zero the same as zero, as it is there.
+        *meetings.entry([x, y, z, nx, ny, nz, uv.x, uv.y].map(|number| (number + 0.0).to_bits())).or_default() += 1;
+    }
+    let comparisons = meetings.values().fold(0u64, |sum, count| sum.saturating_add(count.saturating_mul(*count)));
+    comparisons <= ANY_MESH.max(FOR_EACH_TRIANGLE.saturating_mul(primitive.triangles.len() as u64))
+}
+
+/// Gives every vertex a tangent; vertices whose triangles disagree are split. False when too many triangles meet at one vertex: then the
+/// tangents are just at right angles to the normals.
+pub(in crate::scene) fn generate(primitive: &mut Primitive, uv_set: usize) -> bool {
+    if !is_affordable(primitive, uv_set) {
+        primitive.vertices.iter_mut().for_each(|vertex| vertex.tangent = perpendicular(vertex.normal).extend(1.0));
+        return false;
+    }
     let tangents = vec![Vec4::ZERO; primitive.triangles.len() * 3];
     let mut corners = Corners { primitive, uv_set, tangents };
     // The error has no variants yet; corners that got no tangent have the fallback below.
@@ -63,7 +88,9 @@ pub(super) fn generate(primitive: &mut Primitive, uv_set: usize) {
     let mut sources = Vec::with_capacity(primitive.vertices.len());
     let mut known: HashMap<(u32, [u32; 4]), u32> = HashMap::with_capacity(primitive.vertices.len());
     for (index, tangent) in primitive.triangles.as_flattened_mut().iter_mut().zip(tangents) {
-        let (old, source) = (primitive.vertices[*index as usize], primitive.sources[*index as usize]);
+        let old = primitive.vertices[*index as usize];
+        // Readers that ask for no sources have none.
+        let source = primitive.sources.get(*index as usize).copied().unwrap_or(*index);
         let usable = tangent.is_finite() && tangent.truncate().length_squared() > 0.5;
         let tangent = if usable { tangent } else { perpendicular(old.normal).extend(1.0) };
         *index = *known.entry((*index, tangent.to_array().map(f32::to_bits))).or_insert_with(|| {
@@ -75,4 +102,28 @@ pub(super) fn generate(primitive: &mut Primitive, uv_set: usize) {
     }
     primitive.vertices = vertices;
     primitive.sources = sources;
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Vec2, Vec3};
+
+    use super::*;
+
+    // Kills: time that grows with the square of the triangles at a vertex, and a bound that an honest pole or a large mesh exceeds.
+    #[test]
+    fn crowds_are_told_from_meshes() {
+        let at = |position: Vec3, uv: Vec2| Vertex { position, normal: Vec3::Z, uv: [uv; 2], ..Vertex::default() };
+        let fan = |n: u32| {
+            let rim = (0..=n).map(|i| Vec2::from_angle(i as f32 / n as f32 * 6.0)).map(|p| at(p.extend(0.0), p));
+            let vertices = std::iter::once(at(Vec3::ZERO, Vec2::ZERO)).chain(rim).collect();
+            Primitive { vertices, triangles: (1..=n).map(|i| [0, i, i + 1]).collect(), ..Primitive::default() }
+        };
+        let mut pole = fan(2000);
+        assert!(generate(&mut pole, 0));
+        let mut crowd = fan(20_000);
+        assert!(!generate(&mut crowd, 0));
+        assert!(crowd.vertices.iter().all(|vertex| vertex.tangent.truncate().dot(vertex.normal) == 0.0 && vertex.tangent.w == 1.0));
+    }
 }

@@ -142,8 +142,8 @@ fn generated_bitangents_point_up_in_the_picture() {
 #[test]
 fn instances_are_capped() {
     let mut rest = String::from(r#""meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"#);
-    rest.push_str(r#""accessors":[{"componentType":5126,"type":"VEC3","count":999999}],"nodes":["#);
-    rest.push_str(&vec![r#"{"mesh":0}"#; 40].join(","));
+    rest.push_str(r#""accessors":[{"componentType":5126,"type":"VEC3","count":131071}],"nodes":["#);
+    rest.push_str(&vec![r#"{"mesh":0}"#; 300].join(","));
     rest.push(']');
     // Only the size is kept, because a failure would print a scene of gigabytes.
     let text = file(&[], &[], &rest).map(|scene| scene.vertices.len()).unwrap_err();

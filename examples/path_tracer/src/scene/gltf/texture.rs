@@ -120,7 +120,7 @@ impl Textures<'_> {
 }
 
 /// Decodes PNG, JPEG or WebP; the first bytes decide which, because declared types are often wrong.
-fn decode(bytes: &[u8], name: String, n_texels_left: u64) -> Result<Image, Fault> {
+pub(in crate::scene) fn decode(bytes: &[u8], name: String, n_texels_left: u64) -> Result<Image, Fault> {
     let fault = |what: &str| Fault::invalid("pixels", what);
     let format = match bytes {
         [0x89, b'P', b'N', b'G', ..] => ImageFormat::Png,
@@ -136,6 +136,9 @@ fn decode(bytes: &[u8], name: String, n_texels_left: u64) -> Result<Image, Fault
         let (width, height) = reader(bytes).into_dimensions().map_err(|e| e.to_string())?;
         if width > limits::IMAGE_SIDE || height > limits::IMAGE_SIDE || u64::from(width) * u64::from(height) > n_texels_left {
             return Err(format!("{width} x {height} texels are too many"));
+        }
+        if u64::from(width) * u64::from(height) > most_texels(bytes, format) {
+            return Err(format!("{} bytes cannot hold {width} x {height} texels", bytes.len()));
         }
         let mut reader = reader(bytes);
         let mut caps = Limits::default();
@@ -153,6 +156,24 @@ fn decode(bytes: &[u8], name: String, n_texels_left: u64) -> Result<Image, Fault
         return Err(fault("there are no texels"));
     }
     Ok(Image { name, width, height, texels: texels.to_vec() })
+}
+
+/// The most texels that an image of so many bytes can have; decoders make room for what a header promises.
+fn most_texels(bytes: &[u8], format: ImageFormat) -> u64 {
+    let n_bits = bytes.len() as u64 * 8;
+    if format == ImageFormat::Jpeg {
+        // Every block of 64 texels takes a bit at least.
+        return n_bits.saturating_mul(64);
+    }
+    // Deflate makes 1032 bytes out of one at most; the header of a PNG says how many bits a texel has.
+    let channels = match bytes.get(25) {
+        Some(2) => 3,
+        Some(4) => 2,
+        Some(6) => 4,
+        _ => 1,
+    };
+    let depth = bytes.get(24).copied().unwrap_or(1).max(1);
+    n_bits.saturating_mul(1032) / (u64::from(depth) * channels)
 }
 
 /// Scale first, then rotation, then offset. The rotation is counter-clockwise as seen in the picture, where v grows downwards; the
@@ -187,6 +208,20 @@ mod tests {
         for (bytes, name) in [(&b"\xABKTX 20\xBB"[..], "basisu"), (b"GIF89a", "PNG"), (b"DDS \0", "DDS"), (b"BM\0\0", "PNG")] {
             let text = decode(bytes, String::new(), 1).unwrap_err().in_named("x").to_string();
             assert!(text.contains(name), "{text}");
+        }
+    }
+
+    // Kills: a bound that refuses the flattest honest pictures, and one that believes a header.
+    #[test]
+    fn sizes_are_compared_with_what_bytes_can_hold() {
+        for format in [ImageFormat::Png, ImageFormat::Jpeg] {
+            let mut bytes = Vec::new();
+            let flat = image::GrayImage::from_pixel(2048, 1024, image::Luma([128]));
+            flat.write_to(&mut Cursor::new(&mut bytes), format).unwrap();
+            assert!(decode(&bytes, String::new(), u64::MAX).is_ok(), "{format:?}: {} bytes", bytes.len());
+            let cut = decode(&bytes[..bytes.len() / 16], String::new(), u64::MAX);
+            let text = cut.map(|image| image.texels.len()).unwrap_err().in_named("x").to_string();
+            assert!(text.contains("bytes cannot hold 2048 x 1024 texels"), "{format:?}: {text}");
         }
     }
 

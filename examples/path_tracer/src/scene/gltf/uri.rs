@@ -15,14 +15,18 @@ pub(super) fn resolve(uri: &str, scene: &Path) -> Result<Vec<u8>, Fault> {
     }
     let place = || format!("uri '{}'", shortened(uri));
     let decoded = percent_decode(uri).ok_or_else(|| Fault::invalid(place(), "the percent encoding is broken"))?;
+    beside(&decoded, scene).map_err(|what| Fault::invalid(place(), what))
+}
+
+/// Reads the file that `relative` names in the folder of the scene's own file, or says why not.
+pub(in crate::scene) fn beside(relative: &str, scene: &Path) -> Result<Vec<u8>, String> {
     let folder = match scene.parent() {
         Some(parent) if parent != Path::new("") => parent,
         _ => Path::new("."),
     };
-    let path = inside(folder, &decoded).map_err(|what| Fault::invalid(place(), what))?;
-    limits::read_file(&path).map_err(|e| match e {
-        crate::error::Error::Read { reason, .. } => Fault::invalid(place(), reason),
-        other => Fault::invalid(place(), other),
+    limits::read_file(&inside(folder, relative)?).map_err(|e| match e {
+        crate::error::Error::Read { reason, .. } => reason,
+        other => other.to_string(),
     })
 }
 
