@@ -145,7 +145,7 @@ mod tests {
     fn a_picture_comes_back_bit_for_bit() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
-        let pixels: Vec<[f32; 3]> = (0..7 * 19).map(|i| [i as f32 / 3.0, 1.0e-30 * i as f32, 1.0e30]).collect();
+        let pixels: Vec<[f32; 3]> = (0..7 * 19).map(|i| [i as f32 / 3.0, 1.0e-30 * i as f32, 1.0e10]).collect();
         write_picture(&path, &Picture::of_color(7, 19, pixels.clone()), &Options::default()).unwrap();
         let (read, warnings) = load_environment(&path).unwrap();
         assert_eq!((read.width, read.height, read.texels), (7, 19, pixels));
