@@ -91,7 +91,7 @@ fn of_scenes() -> Vec<Mistake> {
             samples::glb(&samples::png())[..900].to_vec(),
             &["header", "the length says", "the file has 900"],
         ),
-        ("a picture that is none", "a.glb", with(samples::glb(&samples::png()), "PNG", "GNP"), &["image 0", "neither PNG nor JPEG"]),
+        ("a picture that is none", "a.glb", with(samples::glb(&samples::png()), "PNG", "GNP"), &["image 0", "neither PNG, JPEG nor WebP"]),
         (
             "a vertex beyond the last",
             "a.obj",
