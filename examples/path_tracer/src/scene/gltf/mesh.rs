@@ -115,10 +115,9 @@ pub(super) fn read(
     }
     if let Some(uv_set) = material.normal_uv_set {
         // The format says that tangents of a mesh without normals are to be ignored.
-        if flat || !primitive.attributes.contains_key("TANGENT") {
-            if !tangents::generate(&mut made, uv_set.min(1) as usize) {
-                warnings.push(format!("{place}: {}", tangents::CROWDED));
-            }
+        let is_given = !flat && primitive.attributes.contains_key("TANGENT");
+        if !is_given && !tangents::generate(&mut made, uv_set.min(1) as usize) {
+            warnings.push(format!("{place}: {}", tangents::CROWDED));
         }
     }
     Ok(Some(made))
