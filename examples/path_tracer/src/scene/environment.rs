@@ -90,8 +90,8 @@ impl Environment {
 
 /// A line for a panorama that is valid, but hardly what its author meant.
 fn oddity(texels: &[[f32; 3]]) -> Option<String> {
-    // The sun itself has less than this in any unit that people use.
-    const BRIGHTEST: f32 = 1e12;
+    // Below this, the sum over the largest panorama is finite.
+    const BRIGHTEST: f32 = f32::MAX / limits::ENVIRONMENT_TEXELS as f32;
     let brightest = texels.as_flattened().iter().copied().fold(0.0, f32::max);
     if brightest == 0.0 {
         Some(String::from("the panorama is black and lights nothing"))
@@ -156,7 +156,7 @@ mod tests {
         assert!(oddity(&[[0.0; 3]; 2]).is_some_and(|line| line.contains("black")));
         assert!(oddity(&[[1.0, 1.7e38, 0.0]; 2]).is_some_and(|line| line.contains("1.7e38")));
         assert!(oddity(&[[1.0; 3]]).is_some_and(|line| line.contains("single texel")));
-        assert_eq!(oddity(&[[0.0; 3], [1e9, 0.0, 0.0]]), None);
+        assert_eq!(oddity(&[[0.0; 3], [1e30, 0.0, 0.0]]), None);
     }
 
     // Kills: a sky that is upside down, or that violates the invariant.

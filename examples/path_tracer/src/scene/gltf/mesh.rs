@@ -127,10 +127,8 @@ pub(super) fn read(
     }
     if let Some(uv_set) = material.tangent_uv_set {
         // The format says that tangents of a mesh without normals are to be ignored.
-        if !moves.tangents || flat {
-            if !tangents::generate(&mut made, uv_set.min(1) as usize) {
-                warnings.push(format!("{place}: {}", tangents::CROWDED));
-            }
+        if (!moves.tangents || flat) && !tangents::generate(&mut made, uv_set.min(1) as usize) {
+            warnings.push(format!("{place}: {}", tangents::CROWDED));
         }
     }
     Ok(Some(made))

@@ -79,10 +79,9 @@ pub(super) fn build(
         }
         drop(known);
         n_repaired += made.repair_normals();
-        if let Some(texture) = material.normal_texture {
-            if !tangents::generate(&mut made, texture.uv_set.min(1) as usize) {
-                warnings.push(format!("material '{}': {}", material.name, tangents::CROWDED));
-            }
+        let normal_texture = material.normal_texture;
+        if normal_texture.is_some_and(|texture| !tangents::generate(&mut made, texture.uv_set.min(1) as usize)) {
+            warnings.push(format!("material '{}': {}", material.name, tangents::CROWDED));
         }
         scene.materials.push(material);
         append(scene, made)?;
