@@ -17,6 +17,7 @@ import numpy as np
 
 from statistics_of_tiles import judge, table_head
 from path_tracer_call import picture_of, render
+from scenes import write_matte_box
 
 
 def material(name, color, metallic=0.0, roughness=1.0, emission=None):
@@ -36,8 +37,8 @@ def material(name, color, metallic=0.0, roughness=1.0, emission=None):
         values |= {"Emission Color": (*[value / strength for value in emission], 1.0), "Emission Strength": strength}
     for key, value in values.items():
         shader.inputs[key].default_value = value
-    # Backs are seen, except of lamps, which shine forwards alone; Cycles shines both ways, so the lamp's back faces a wall.
-    made.use_backface_culling = emission is not None
+    # Cycles' lamps shine both ways, and so does what has two sides in glTF.
+    made.use_backface_culling = False
     return made
 
 
@@ -142,15 +143,25 @@ def main():
     build()
     export(scene)
     size, samples, bounces = 128, 64, 12
-    ours, theirs = [], []
-    for seed in range(4 if arguments.quick else 8):
-        options = ["--size", f"{size}x{size}", "--depth", bounces]
-        ours.append(render(arguments.path_tracer, scene, options, samples, seed, "megakernel,roulette=none")[0])
-        theirs.append(cycles(size, samples, seed, bounces, out))
+
+    def compare(name, scene):
+        ours, theirs = [], []
+        for seed in range(4 if arguments.quick else 8):
+            options = ["--size", f"{size}x{size}", "--depth", bounces]
+            ours.append(render(arguments.path_tracer, scene, options, samples, seed, "megakernel,roulette=none")[0])
+            theirs.append(cycles(size, samples, seed, bounces, out))
+        judge(name, "none", ours, theirs, samples, arguments.folder)
+        sys.stdout.flush()
+
     print(f"Blender {bpy.app.version_string}, Cycles\n")
     print(table_head())
-    judge("from-blender", "none", ours, theirs, samples, arguments.folder)
-    sys.stdout.flush()
+    compare("from-blender", scene)
+    matte = os.path.abspath(os.path.join(arguments.folder, "matte_box.gltf"))
+    write_matte_box(matte, lamp_has_back=True)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.import_scene.gltf(filepath=matte)
+    bpy.context.scene.camera = next(thing for thing in bpy.data.objects if thing.type == "CAMERA")
+    compare("matte-box-to-blender", matte)
 
 
 if __name__ == "__main__":
