@@ -50,7 +50,7 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Render a built-in scene or a glTF file to PNG, EXR, PFM or a NumPy array.
+    /// Render a built-in scene or a file (glTF, OBJ, PLY) to PNG, EXR, PFM or a NumPy array.
     Render(Box<render::Arguments>),
     /// List the built-in scenes.
     Scenes,
