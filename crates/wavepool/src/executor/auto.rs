@@ -2,14 +2,18 @@
 //!
 //! Key decision: each candidate is a scheduler of its own, and the film goes from one to the next between passes. Passes are resolved in order and
 //! give the same bits under every candidate, so the film is the same whatever is chosen when; only the time it takes depends on that. What
-//! is given up: a pass of one candidate does not overlap with those of the next, and a change of mind allocates a pool anew.
+//! is given up: a pass of one candidate does not overlap with those of the next, and a change of mind copies the film; large pools are allocated
+//! anew, small ones are kept.
 //!
 //! **Invariant:** changing one's mind changes no bit.
 
 use std::ops::ControlFlow;
 
-use super::{Progress, Report, Scheduler, SchedulerBuilder};
+use super::{Progress, Report, Scheduler, SchedulerBuilder, buffers::Buffers};
 use crate::{Error, Film, Instruments, Result, Schedule, policy::Chooser};
+
+/// Bytes that candidates may hold while another one runs.
+const IDLE_BYTES: u64 = 256 << 20;
 
 /// What the film holds before a run adds to it.
 #[derive(Clone, Debug)]
@@ -108,6 +112,17 @@ impl Auto {
         Ok(())
     }
 
+    /// Frees what candidates other than the next one hold, when it is much: several pools might not fit where each of them does. What is
+    /// little stays for their next turn. The film is kept by whoever did the last passes.
+    fn give_up_pools(&mut self, next: usize) {
+        let others = || self.candidates.iter().enumerate().filter(|(other, _)| *other != next);
+        let idle: u64 = others().filter_map(|(_, other)| other.buffers.as_ref()).map(Buffers::bytes).sum();
+        if idle > IDLE_BYTES {
+            let others = self.candidates.iter_mut().enumerate().filter(|(other, _)| *other != next);
+            others.for_each(|(_, other)| other.buffers = None);
+        }
+    }
+
     /// As [`Scheduler::run_with`].
     pub(super) fn run(
         &mut self,
@@ -119,16 +134,14 @@ impl Auto {
         let mut base: Option<FilmBase> = None;
         let mut is_stopped = false;
         while let Some(choice) = self.chooser.next(passes - whole.passes).filter(|_| !is_stopped) {
-            // One pool at a time: several might not fit where each of them does. The film is kept by `base`.
-            let others = self.candidates.iter_mut().enumerate().filter(|(other, _)| *other != choice.candidate);
-            others.for_each(|(_, other)| other.buffers = None);
+            self.give_up_pools(choice.candidate);
             let scheduler = &mut self.candidates[choice.candidate];
             scheduler.seed = seed;
             if !std::mem::replace(&mut self.is_warm[choice.candidate], true) {
                 scheduler.warm_up()?;
             }
             let (done, items, elapsed) = (whole.passes, whole.items_started, whole.elapsed);
-            let mut run = scheduler.begin(first + done, choice.passes)?;
+            let mut run = scheduler.begin_within(first + done, choice.passes, passes)?;
             run.base = base.take();
             run.drive(|progress| {
                 let progress = Progress {

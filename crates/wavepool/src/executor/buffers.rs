@@ -133,6 +133,11 @@ impl Buffers {
         ]
     }
 
+    /// Bytes of everything, what is read back through included.
+    pub(super) fn bytes(&self) -> u64 {
+        self.memory().iter().map(|(_, bytes)| bytes).sum::<u64>() + self.reader.size()
+    }
+
     /// Brings everything to the state before the first tick; the film to that of `film`, or to nothing.
     pub(super) fn reset(&self, queue: &wgpu::Queue, encoder: &mut wgpu::CommandEncoder, head: &Control, film: Option<&wgpu::Buffer>) {
         match film {

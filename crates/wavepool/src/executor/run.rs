@@ -94,12 +94,17 @@ impl Scheduler {
     /// # Errors
     /// [`Error::Limit`] when something does not fit, [`Error::Gpu`] when there is no memory even for the smallest pool.
     pub fn begin(&mut self, first: u32, passes: u32) -> Result<Run<'_>> {
+        self.begin_within(first, passes, passes)
+    }
+
+    /// The same with buffers as for a run of `whole` passes, of which this one is a portion.
+    pub(super) fn begin_within(&mut self, first: u32, passes: u32, whole: u32) -> Result<Run<'_>> {
         if self.auto.is_some() {
             return Err(Error::Schedule("a run step by step needs one schedule; `auto` changes its own between passes".into()));
         }
         check_samples(first, passes)?;
         let mut notes = Vec::new();
-        let buffers = self.allocate(passes, &mut notes)?;
+        let buffers = self.allocate(whole.max(passes), &mut notes)?;
         let sizes = buffers.sizes;
         let head = Control {
             work: self.source.parameters(),
