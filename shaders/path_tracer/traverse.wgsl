@@ -1,18 +1,25 @@
 // Walks the binary hierarchy, near child first, with a stack whose size the host has proven sufficient.
-// A node is two rows: (low, count), (high, first); count 0 is an inner node whose children are neighbours. A node on its way through
-// the walk is one word: first in the low 28 bits, count in the high 4.
+// A node on its way through the walk is one word: first in the low 28 bits, count in the high 4; count 0 is an inner node whose children
+// are neighbours. How a node lies in its buffer is the business of `bvh_node`.
+//
+// A lane walks inner nodes until it has a leaf, and lanes in lock-step meet there: each of the two loops is one piece of code.
+// Whatever is read costs lanes in lock-step a turn each, so nothing is read that only few of them want: a triangle's number in the scene
+// and its alpha are asked for when it would be the closest.
 //
 // Among hits at exactly the same distance the triangle with the lower index in the scene wins, whatever the order of the walk.
 // Alpha is asked here: a triangle that is not there for this ray is no hit and consumes no bounce.
 
 import constants::BVH_STACK;
 @if(alpha) import package::path_tracer::alpha::is_present;
-import package::path_tracer::intersect_box::{enter_box, safe_reciprocal};
+import package::path_tracer::bvh_node::{child_of_node, ray_for_boxes};
 import package::path_tracer::intersect_triangle::{intersect_triangle, shear_of_ray};
 import package::path_tracer::records::{NONE, TRIANGLE_ALPHA, TRIANGLE_ROWS};
-import package::path_tracer::scene_access::{bvh, triangles, view};
+import package::path_tracer::scene_access::{triangles, view};
 
 const NODE_FIRST_MASK: u32 = 0x0fffffffu;
+const NODE_COUNT_SHIFT: u32 = 28u;
+// Lies below everything on the stack; a leaf by its count, but no leaf has as many triangles.
+const WALK_ENDS: u32 = 0xffffffffu;
 
 struct Hit {
     triangle: u32,
@@ -24,74 +31,65 @@ struct Hit {
 // cannot meet again. `key` seeds the choice of transparent triangles.
 fn traverse(origin: vec3f, direction: vec3f, t_max: f32, left: u32, key: vec4u, any_hit: bool) -> Hit {
     var best = Hit(NONE, vec2f(0.0), t_max);
-    var best_id = 0u;
     if view.bvh_root == NONE {
         return best;
     }
-    let reciprocal = safe_reciprocal(direction);
+    let boxes = ray_for_boxes(origin, direction);
     let ray = shear_of_ray(direction);
     // The distance to a triangle carries an error that its box does not know; a little slack keeps ties independent of the order.
     let size = max(abs(origin), vec3f(1.0));
     let reach = abs(direction);
     let slack = 1.9073486e-6 * max(size.x, max(size.y, size.z)) / max(reach.x, max(reach.y, reach.z));
-    var stack_node: array<u32, BVH_STACK>;
-    var stack_enter: array<f32, BVH_STACK>;
-    var height = 0u;
+    var stack: array<u32, BVH_STACK + 1>;
+    stack[0] = WALK_ENDS;
+    var height = 1u;
     var node = view.bvh_root;
     loop {
-        let first = node & NODE_FIRST_MASK;
-        let count = node >> 28u;
-        var descends = false;
-        if count == 0u {
-            let low0 = bvh[2u * first];
-            let high0 = bvh[2u * first + 1u];
-            let low1 = bvh[2u * first + 2u];
-            let high1 = bvh[2u * first + 3u];
+        while (node >> NODE_COUNT_SHIFT) == 0u {
             let limit = best.t + slack;
-            let enter0 = enter_box(bitcast<vec3f>(low0.xyz), bitcast<vec3f>(high0.xyz), origin, reciprocal, limit);
-            let enter1 = enter_box(bitcast<vec3f>(low1.xyz), bitcast<vec3f>(high1.xyz), origin, reciprocal, limit);
-            let child0 = high0.w | (low0.w << 28u);
-            let child1 = high1.w | (low1.w << 28u);
-            let second_nearer = enter1 < enter0;
-            let nearer = min(enter0, enter1);
-            let farther = max(enter0, enter1);
-            descends = nearer <= limit;
-            node = select(child0, child1, second_nearer);
-            if farther <= limit {
-                stack_node[height] = select(child1, child0, second_nearer);
-                stack_enter[height] = farther;
+            let child0 = child_of_node(node, boxes, limit);
+            let child1 = child_of_node(node + 1u, boxes, limit);
+            let second_nearer = child1.enter < child0.enter;
+            if max(child0.enter, child1.enter) <= limit {
+                stack[height] = select(child1.node, child0.node, second_nearer);
                 height += 1u;
             }
-        } else {
-            for (var slot = first; slot < first + count; slot += 1u) {
-                let row0 = triangles[slot * TRIANGLE_ROWS];
-                let row1 = triangles[slot * TRIANGLE_ROWS + 1u];
-                let row2 = triangles[slot * TRIANGLE_ROWS + 2u];
-                let hit = intersect_triangle(bitcast<vec3f>(row0.xyz), bitcast<vec3f>(row1.xyz), bitcast<vec3f>(row2.xyz), origin, ray);
-                let closer = hit.t < best.t || (hit.t == best.t && best.triangle != NONE && row0.w < best_id);
-                if hit.found && closer && slot != left {
-                    var present = true;
-                    @if(alpha) if (row1.w & TRIANGLE_ALPHA) != 0u {
-                        present = is_present(slot, row0.w, hit.barycentrics, key);
-                    }
-                    if present {
-                        best = Hit(slot, hit.barycentrics, hit.t);
-                        best_id = row0.w;
-                    }
-                }
-            }
-            if any_hit && best.triangle != NONE {
-                return best;
+            if min(child0.enter, child1.enter) <= limit {
+                node = select(child0.node, child1.node, second_nearer);
+            } else {
+                height -= 1u;
+                node = stack[height];
             }
         }
-        while !descends && height > 0u {
-            height -= 1u;
-            node = stack_node[height];
-            descends = stack_enter[height] <= best.t + slack;
-        }
-        if !descends {
+        if node == WALK_ENDS {
             break;
         }
+        let first = node & NODE_FIRST_MASK;
+        let end = first + (node >> NODE_COUNT_SHIFT);
+        for (var slot = first; slot < end; slot += 1u) {
+            let row = slot * TRIANGLE_ROWS;
+            let v0 = bitcast<vec3f>(triangles[row].xyz);
+            let v1 = bitcast<vec3f>(triangles[row + 1u].xyz);
+            let v2 = bitcast<vec3f>(triangles[row + 2u].xyz);
+            let hit = intersect_triangle(v0, v1, v2, origin, ray);
+            if hit.found && hit.t <= best.t && slot != left {
+                var closest = hit.t < best.t;
+                if !closest && best.triangle != NONE {
+                    closest = triangles[row].w < triangles[best.triangle * TRIANGLE_ROWS].w;
+                }
+                @if(alpha) if closest && (triangles[row + 1u].w & TRIANGLE_ALPHA) != 0u {
+                    closest = is_present(slot, triangles[row].w, hit.barycentrics, key);
+                }
+                if closest {
+                    best = Hit(slot, hit.barycentrics, hit.t);
+                }
+            }
+        }
+        if any_hit && best.triangle != NONE {
+            return best;
+        }
+        height -= 1u;
+        node = stack[height];
     }
     return best;
 }

@@ -1,7 +1,6 @@
 //! The bounding volume hierarchy over the packed triangles.
 //!
-//! Key decision: `obvhs` builds it; its nodes are used as they are, and the triangles are put in the order of its leaves so that a leaf is a
-//! range. The depth is measured here and becomes the size of the kernel's stack.
+//! Key decision: `obvhs` builds it; the triangles are put in the order of its leaves so that a leaf is a range. [`nodes`](super::nodes) packs it. The depth is measured here and becomes the size of the kernel's stack.
 //!
 //! **Invariant:** a walk that pushes one child per inner node never holds more than [`Hierarchy::depth`] entries.
 
@@ -12,7 +11,7 @@ use obvhs::{
     triangle::Triangle,
 };
 
-use super::{error::Error, records::NONE};
+use super::{error::Error, nodes::word, records::NONE};
 
 /// The deepest stack that a kernel is given.
 pub const STACK_LIMIT: u32 = 64;
@@ -49,7 +48,7 @@ impl Hierarchy {
             corners.iter().map(|[a, b, c]| Triangle { v0: (*a).into(), v1: (*b).into(), v2: (*c).into() }).collect();
         let parameters = BvhBuildParams { max_prims_per_leaf: LEAF_LIMIT, ..BvhBuildParams::medium_build() };
         let built = build_bvh2_from_tris(&triangles, parameters, &mut std::time::Duration::default());
-        let root = built.nodes.first().map_or(NONE, |node| node.first_index | node.prim_count << 28);
+        let root = built.nodes.first().map_or(NONE, word);
         let depth = depth(&built.nodes);
         if depth > STACK_LIMIT {
             return Err(Error::TooDeep { depth, limit: STACK_LIMIT });

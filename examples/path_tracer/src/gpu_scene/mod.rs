@@ -16,6 +16,7 @@ pub mod hierarchy;
 pub mod layers;
 mod lights;
 mod materials;
+pub mod nodes;
 pub mod normalise;
 pub mod record;
 pub mod records;
@@ -32,6 +33,7 @@ pub use normalise::Normalisation;
 pub use records::records_wgsl;
 
 use crate::scene::{Camera, Scene};
+use nodes::NodeRows;
 use tables::Tables;
 
 /// What packing needs to know besides the scene.
@@ -101,6 +103,8 @@ pub struct Facts {
     pub light_count: u32,
     /// Inner nodes on the longest way down the hierarchy.
     pub bvh_depth: u32,
+    /// Nodes lie on a grid: see [`nodes`].
+    pub compact_nodes: bool,
     /// Everything that was dropped, clamped or reduced; one line each, names the thing.
     pub warnings: Vec<String>,
 }
@@ -184,6 +188,8 @@ impl GpuScene {
 
         let layer_table = options.layers.append_table(&mut tables, options.first_sample, &geometry.triangles, &scene.object_of);
         let mut constants = effects.constants(geometry.hierarchy.depth, options.light_strategy).to_vec();
+        let nodes = NodeRows::pack(&geometry.hierarchy.nodes);
+        constants.extend(nodes.constants());
         constants.extend(absorption.map(|rows| ("ABSORPTION_TABLE", tables.append(rows.as_flattened()))));
         constants.extend(layer_table.map(|row| ("LAYER_TABLE", row)));
 
@@ -192,11 +198,12 @@ impl GpuScene {
         facts.triangle_count = geometry.triangles.len() as u32;
         facts.light_count = lights.records.iter().filter(|light| light.pmf > 0.0).count() as u32;
         facts.bvh_depth = geometry.hierarchy.depth;
+        facts.compact_nodes = nodes.is_compact;
         facts.effects = effects;
         let limit = options.binding_limit;
         Ok(GpuScene {
             view: bytemuck::bytes_of(&view).to_vec(),
-            bvh: bounded("nodes of the hierarchy", bytemuck::cast_slice(&geometry.hierarchy.nodes).to_vec(), limit)?,
+            bvh: bounded("nodes of the hierarchy", bytemuck::cast_slice(&nodes.rows).to_vec(), limit)?,
             triangles: bounded("triangles and vertices", triangles, limit)?,
             tables: bounded("materials and lights", bytemuck::cast_slice(&tables.rows).to_vec(), limit)?,
             texels: bounded("texels", bytemuck::cast_slice(&tables.texels).to_vec(), limit)?,
@@ -207,9 +214,10 @@ impl GpuScene {
         })
     }
 
-    /// What conditions in the modules may ask for: effects of the scene and layers of the request.
+    /// What conditions in the modules may ask for: effects of the scene, layers of the request and the form of the nodes.
     pub fn features(&self) -> Vec<(&'static str, bool)> {
-        self.facts.effects.features().into_iter().chain(self.layers.features()).collect()
+        let form = [("compact_nodes", self.facts.compact_nodes)];
+        self.facts.effects.features().into_iter().chain(self.layers.features()).chain(form).collect()
     }
 
     /// What is asked for beside the colour.
