@@ -240,7 +240,7 @@ const CHOOSER: &str = "auto";
 pub(crate) fn choosing(gpu: &GpuContext, is_quick: bool) -> Result<(), Failure> {
     let sizes = Sizes::new(gpu.facts.is_software(), is_quick);
     let source = ImageTiles { width: sizes.side, height: sizes.side };
-    let rounds = if is_quick { Rounds::from(4) } else { Rounds { least: 8, most: 24, budget: Duration::from_secs(18) } };
+    let rounds = if is_quick { Rounds::from(4) } else { Rounds { least: 8, most: 48, budget: Duration::from_secs(60) } };
     let depths: &[u32] = if is_quick { &[8] } else { &[4, 16, 64] };
     // A choice among wavefronts alone, as if there were no megakernels.
     let wavefronts = Schedule::of_candidates(vec![Schedule::block(), Schedule::compaction(), Schedule::keyed(), Schedule::never()]);
