@@ -26,7 +26,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::Usage(what));
     }
     let scene = arguments.render.scene.load()?;
-    let program = Renderer::program(&scene)?;
+    let program = Renderer::program_with(&scene, &settings)?;
     let scope = settings.schedule.roulette.as_ref().map(|roulette| roulette.scope());
     let layout = program.layout_at(scope, settings.schedule.grain());
     if let Some(folder) = &arguments.dump {

@@ -53,6 +53,8 @@ pub struct PackOptions {
     pub light_strategy: LightStrategy,
     /// What is asked for beside the colour.
     pub layers: LayerRequest,
+    /// Coverage is asked for, and the environment is not seen directly.
+    pub transparent: bool,
     /// The sample that numbers of objects and materials are taken from.
     pub first_sample: u32,
     /// Bytes that one binding can hold.
@@ -70,6 +72,7 @@ impl Default for PackOptions {
             roulette_floor: 0.05,
             light_strategy: LightStrategy::Mis,
             layers: LayerRequest::NONE,
+            transparent: false,
             first_sample: 0,
             binding_limit: 128 << 20,
         }
@@ -135,6 +138,7 @@ pub struct GpuScene {
     /// What is in it.
     pub facts: Facts,
     layers: LayerRequest,
+    transparent: bool,
     constants: Vec<(&'static str, u32)>,
 }
 
@@ -203,13 +207,20 @@ impl GpuScene {
             normalisation,
             constants,
             layers: options.layers,
+            transparent: options.transparent,
             facts,
         })
     }
 
-    /// What conditions in the modules may ask for: effects of the scene and layers of the request.
+    /// What conditions in the modules may ask for: effects of the scene, layers of the request, and whether the picture is transparent.
     pub fn features(&self) -> Vec<(&'static str, bool)> {
-        self.facts.effects.features().into_iter().chain(self.layers.features()).collect()
+        let request = self.layers.features().into_iter().chain([("transparent", self.transparent)]);
+        self.facts.effects.features().into_iter().chain(request).collect()
+    }
+
+    /// True when paths bring home more than their radiance.
+    pub fn brings_more_than_radiance(&self) -> bool {
+        self.transparent || self.layers.any()
     }
 
     /// What is asked for beside the colour.
