@@ -1,5 +1,10 @@
 //! The command `path-tracer` as a stranger meets it: messages, exit codes, what happens to files.
 
+#[path = "command_line/frames.rs"]
+mod frames;
+#[path = "command_line/transparent.rs"]
+mod transparent;
+
 use std::{
     fs,
     path::Path,
@@ -98,6 +103,26 @@ fn triangle_with_nan(folder: &Path) -> String {
         "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
         "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"uri":"nan.bin","byteLength":36}]}"#;
     let file = folder.join("nan.gltf");
+    fs::write(&file, json).expect("written");
+    file.display().to_string()
+}
+
+/// A lit triangle that moves by two metres along +x from second 0 to second 2; without a camera.
+fn triangle_that_moves(folder: &Path) -> String {
+    let numbers = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
+    let bytes: Vec<u8> = numbers.as_flattened().iter().chain(&[0.0, 2.0]).flat_map(|value| f32::to_le_bytes(*value)).collect();
+    fs::write(folder.join("moves.bin"), bytes).expect("written");
+    let json = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+        "animations":[{"name":"slide","channels":[{"sampler":0,"target":{"node":0,"path":"translation"}}],
+            "samplers":[{"input":2,"output":1}]}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},
+            {"bufferView":1,"componentType":5126,"count":2,"type":"VEC3"},
+            {"bufferView":2,"componentType":5126,"count":2,"type":"SCALAR","min":[0],"max":[2]}],
+        "bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":24},
+            {"buffer":0,"byteOffset":60,"byteLength":8}],
+        "buffers":[{"uri":"moves.bin","byteLength":68}]}"#;
+    let file = folder.join("moves.gltf");
     fs::write(&file, json).expect("written");
     file.display().to_string()
 }

@@ -18,6 +18,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let settings = arguments.render.settings()?;
+    arguments.render.frames.refuse("explain")?;
     if arguments.render.voice.wants_json() {
         return Err(Failure::Usage("--json: explain speaks to people; `path-tracer info SCENE --json` to programs".into()));
     }

@@ -5,6 +5,7 @@ mod compare;
 mod contents;
 mod explain;
 mod export;
+mod frames;
 mod manual;
 mod picture;
 mod progress;
@@ -13,6 +14,7 @@ mod scene;
 mod scenes;
 mod schedule;
 mod schedules;
+mod session;
 mod stop;
 mod value;
 mod view;
@@ -91,6 +93,16 @@ impl Failure {
             Failure::Usage(_) => 2,
             Failure::Runtime(_) => 1,
             Failure::Stopped(_) => stop::EXIT_CODE,
+        }
+    }
+}
+
+impl Failure {
+    /// The same failure, of one picture of a series.
+    pub(crate) fn in_frame(self, frame: Option<i32>) -> Failure {
+        match (self, frame) {
+            (Failure::Runtime(text), Some(frame)) => Failure::Runtime(format!("frame {frame}: {text}")),
+            (failure, _) => failure,
         }
     }
 }
