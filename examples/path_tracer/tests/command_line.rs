@@ -2,6 +2,8 @@
 
 #[path = "command_line/frames.rs"]
 mod frames;
+#[path = "command_line/stopping.rs"]
+mod stopping;
 #[path = "command_line/transparent.rs"]
 mod transparent;
 
@@ -487,36 +489,4 @@ fn a_stranger_is_told_what_to_do() {
         command.args(["--help"]).env(variable, "1").output().expect("the binary runs").stdout
     };
     assert!(!command("NO_COLOR").contains(&0x1b));
-}
-
-/// Kills: a picture thrown away by Ctrl-C, one that claims to be complete, an exit code that says that all is well.
-#[cfg(unix)]
-#[test]
-fn ctrl_c_leaves_what_is_finished() {
-    if !has_adapter() {
-        return;
-    }
-    let folder = tempfile::tempdir().expect("a folder");
-    let (out, preview) = (folder.path().join("a.exr"), folder.path().join("p.pfm"));
-    let arguments = ["render", "cornell-box", "--size", "64x64", "--samples", "1000000", "--json", "--every", "0.05s"];
-    let child = Command::new(env!("CARGO_BIN_EXE_path-tracer"))
-        .args(arguments)
-        .args(["--out".as_ref(), out.as_os_str(), "--preview".as_ref(), preview.as_os_str()])
-        .stdout(std::process::Stdio::piped())
-        .stderr(std::process::Stdio::piped())
-        .spawn()
-        .expect("the binary runs");
-    // A preview says that there is something to keep.
-    let begun = std::time::Instant::now();
-    while !preview.exists() && begun.elapsed().as_secs() < 120 {
-        std::thread::sleep(std::time::Duration::from_millis(20));
-    }
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs").success());
-    let output = child.wait_with_output().expect("it ends");
-    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(130), "{stderr}");
-    assert!(stderr.contains("stopped after") && stderr.contains("of 1000000 samples"), "{stderr}");
-    let said = json(&String::from_utf8_lossy(&output.stdout));
-    assert_eq!(said["complete"].as_bool(), Some(false));
-    assert!(said["samples"].as_u64() > Some(0) && out.exists());
 }
