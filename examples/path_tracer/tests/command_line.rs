@@ -479,7 +479,7 @@ fn a_stranger_is_told_what_to_do() {
     }
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         let script = text(&["completions", shell]);
-        assert!(script.contains("tone-map") && script.contains("compare"), "{shell}");
+        assert!(script.contains("tone-map") && script.contains("skip-existing") && script.contains("compare"), "{shell}");
     }
     assert!(text(&["man"]).contains(".TH path-tracer"));
     assert!(text(&["man", "render"]).contains("tone\\-map"));

@@ -35,6 +35,7 @@ Try first:
   path-tracer scenes                                 what else is built in
   path-tracer info scene.glb                         what is in a file of yours
   path-tracer render scene.glb --env sky.hdr --samples 256 --out picture.exr
+  path-tracer render scene.glb --frames 1..48 --out frame_####.png
   path-tracer compare picture.exr reference.exr      how far two pictures are apart
   path-tracer render --help                          everything that can be chosen
 
