@@ -73,7 +73,7 @@ fn half_of_the_picture_is_covered() {
 #[test]
 fn only_the_direct_sight_of_the_environment_is_gone() {
     let scene = half_of_the_picture(lambert(0.5, 0.0));
-    let (Some(empty), Some(full)) = (seen(&scene, 64, 1, true), seen(&scene, 64, 1, false)) else { return };
+    let (Some(empty), Some(full)) = (seen(&scene, 256, 1, true), seen(&scene, 256, 1, false)) else { return };
     let alpha = alpha(&empty);
     for (pixel, alpha) in alpha.iter().enumerate() {
         for channel in 0..3 {
@@ -101,7 +101,7 @@ fn what_is_met_counts_and_shows_the_environment() {
         assert!(alpha(&rendering).iter().all(|alpha| *alpha == 1.0), "{name}");
         for pixel in 0..rendering.film.pixels() {
             let found = rendering.film.mean(pixel, 1) / f64::from(LIGHT[1]);
-            assert!((found - expected).abs() < 1e-5, "{name}, pixel {pixel}: {found}");
+            assert!((found - expected).abs() < 1e-4, "{name}, pixel {pixel}: {found}");
         }
         let Some(rendering) = seen(&scene, 8, 0, true) else { return };
         assert!(alpha(&rendering).iter().all(|alpha| *alpha == 1.0), "{name} that may not scatter");
@@ -115,9 +115,9 @@ fn veils_cover_as_often_as_they_are_there() {
     let mut scene = scene_of(veil(0.25, AlphaMode::Blend));
     quad(&mut scene, Vec3::X * 4.0, Vec3::Y * 4.0);
     shapes::quad(&mut scene, Vec3::new(-2.0, -2.0, -1.0), Vec3::X * 4.0, Vec3::Y * 4.0, 0);
-    let Some(rendering) = seen(&scene, 256, 0, true) else { return };
+    let Some(rendering) = seen(&scene, 512, 0, true) else { return };
     let found = alpha(&rendering);
-    assert_mean("two veils", &found, 1.0 - 0.75 * 0.75, 0.02);
+    assert_mean("two veils", &found, 1.0 - 0.75 * 0.75, 0.03);
     for (pixel, alpha) in found.iter().enumerate() {
         // Where a veil is, it shines with a radiance of 1.
         assert!((rendering.film.mean(pixel, 1) - alpha).abs() < 1e-6, "pixel {pixel}");
