@@ -12,6 +12,8 @@ import package::path_tracer::scene_access::{load_light, load_material, load_tria
 fn gather_emission(path: ptr<function, Path>) -> u32 {
     let slot = (*path).hit_triangle;
     if slot == NONE {
+        // It lights a transparent picture and is not seen behind it.
+        @if(environment && transparent) if (*path).depth == 0u { return FINISH; }
         @if(environment) {
             let seen = environment_towards((*path).direction);
             let weight = found_weight(path, seen.pdf * view.environment_selection);

@@ -23,6 +23,7 @@ fn note_features(path: ptr<function, Path>) {
     }
     let slot = (*path).hit_triangle;
     if slot == NONE {
+        @if(layer_albedo && environment && transparent) if (*path).depth == 0u { return; }
         @if(layer_albedo && environment) note_albedo(path, environment_towards((*path).direction).radiance);
         return;
     }

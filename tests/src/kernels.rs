@@ -6,7 +6,7 @@ use std::collections::HashSet;
 
 use glam::{Vec2, Vec3, Vec4};
 use path_tracer::{
-    LayerRequest, Renderer,
+    LayerRequest, Renderer, Settings,
     scene::{
         AlphaMode, BUILTIN, Environment, Image, LightKind, Material, PunctualLight, Scene, TextureUse, Triangle, Vertex, Wrap, builtin,
     },
@@ -118,8 +118,12 @@ fn all_programs() -> Vec<(String, Program)> {
         let program = Renderer::program(&scene).unwrap_or_else(|error| panic!("{name}: {error}"));
         (format!("path_tracer-{name}"), program)
     });
-    let layers = Renderer::program_with(&everything(), LayerRequest::ALL).unwrap_or_else(|error| panic!("layers: {error}"));
-    small.chain(path_tracers).chain([("path_tracer-layers".to_owned(), layers)]).collect()
+    let with = |layers, transparent| {
+        let settings = Settings { layers, transparent, ..Settings::default() };
+        Renderer::program_with(&everything(), &settings).unwrap_or_else(|error| panic!("{layers}, {transparent}: {error}"))
+    };
+    let requests = [("layers", with(LayerRequest::ALL, false)), ("transparent", with(LayerRequest::NONE, true))];
+    small.chain(path_tracers).chain(requests.map(|(name, program)| (format!("path_tracer-{name}"), program))).collect()
 }
 
 /// One triangle that calls for every effect.

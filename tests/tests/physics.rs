@@ -4,6 +4,8 @@
 //! errors of the truth (family error below 1e-6 per test), and the standard error must be small enough to have seen the planted fault;
 //! both come from the pixels themselves, which are independent samples of the same number.
 
+#[path = "physics/alpha.rs"]
+mod alpha;
 #[path = "physics/hierarchy.rs"]
 mod hierarchy;
 #[path = "physics/layers.rs"]

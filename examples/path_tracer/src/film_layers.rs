@@ -16,10 +16,17 @@ use crate::{
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FilmLayers {
     pub(crate) request: LayerRequest,
+    pub(crate) transparent: bool,
     pub(crate) normalisation: Normalisation,
 }
 
 impl FilmLayers {
+    /// The share of the samples that met something; `None` where nobody has asked for it.
+    pub(crate) fn alpha(&self, film: &Film) -> Option<Vec<f32>> {
+        let leaf = self.transparent.then(|| component(film, ".covered"))??;
+        Some((0..film.pixels()).map(|pixel| film.mean(pixel, leaf) as f32).collect())
+    }
+
     /// All layers that were asked for, and the number of samples.
     pub(crate) fn of(&self, film: &Film) -> Vec<Layer> {
         let request = &self.request;

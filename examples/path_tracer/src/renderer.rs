@@ -44,6 +44,11 @@ pub struct Settings {
     pub crop: Option<Crop>,
     /// What to find out beside the colour, which does not depend on it.
     pub layers: LayerRequest,
+    /// Where a camera's ray leaves the scene the picture is empty: the environment lights the scene and is seen in mirrors and through glass,
+    /// but not directly, and [`Rendering::alpha`] says how much of a pixel something covers.
+    ///
+    /// **Cost:** no state and no stage; two words of the film per pixel.
+    pub transparent: bool,
     /// What to observe; the image does not depend on it.
     pub instruments: Instruments,
 }
@@ -62,6 +67,7 @@ impl Default for Settings {
             camera: None,
             crop: None,
             layers: LayerRequest::NONE,
+            transparent: false,
             instruments: Instruments::default(),
         }
     }
@@ -97,6 +103,14 @@ impl Rendering {
     /// What was asked for beside the colour, in the order of [`LayerRequest`], and last the number of `samples`; row 0 at the top.
     pub fn layers(&self) -> Vec<Layer> {
         self.layers.of(&self.film)
+    }
+
+    /// The share of a pixel's samples whose camera ray met something, exact, row 0 at the top; `None` unless the picture is transparent.
+    ///
+    /// Surfaces that are there with a probability (blended alpha) count as often as they are there. [`pixels`](Self::pixels) are multiplied
+    /// by it already: a sample that meets nothing has no radiance.
+    pub fn alpha(&self) -> Option<Vec<f32>> {
+        self.layers.alpha(&self.film)
     }
 
     /// Mean radiance, row 0 at the top.
@@ -143,7 +157,7 @@ impl Renderer {
         };
         let mut scheduler = builder.schedule(&settings.schedule).resources(&resources).instruments(settings.instruments).build_on(gpu)?;
         scheduler.set_seed(settings.seed);
-        let layers = FilmLayers { request: settings.layers, normalisation: packed.normalisation };
+        let layers = FilmLayers { request: settings.layers, transparent: settings.transparent, normalisation: packed.normalisation };
         Ok(Renderer { scheduler, settings: settings.clone(), layers, warnings: packed.facts.warnings })
     }
 
@@ -152,15 +166,15 @@ impl Renderer {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn program(scene: &Scene) -> Result<Program, Error> {
-        Self::program_with(scene, LayerRequest::NONE)
+        Self::program_with(scene, &Settings::default())
     }
 
-    /// The program that a scene and a request call for.
+    /// The program that a scene and settings call for.
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn program_with(scene: &Scene, layers: LayerRequest) -> Result<Program, Error> {
-        program_of(&pack(scene, &Settings { layers, ..Settings::default() }, u64::from(u32::MAX))?)
+    pub fn program_with(scene: &Scene, settings: &Settings) -> Result<Program, Error> {
+        program_of(&pack(scene, settings, u64::from(u32::MAX))?)
     }
 
     /// What packing had to change, one line each.
@@ -243,6 +257,7 @@ fn pack(scene: &Scene, settings: &Settings, binding_limit: u64) -> Result<GpuSce
         seed: settings.seed,
         light_strategy: settings.light_strategy,
         layers: settings.layers,
+        transparent: settings.transparent,
         first_sample: settings.first_sample,
         binding_limit,
         ..PackOptions::default()
@@ -261,8 +276,8 @@ fn program_from(packed: &GpuScene, modules: Vec<ProgramModule>, features: &[(&'s
     };
     let mut roots: Vec<&str> = STAGES.iter().filter(is_called_for).copied().collect();
     let mut builder = roots.iter().fold(Program::builder("path_tracer"), |builder, stage| builder.stage(stage));
-    // Where layers are asked for, another module declares `finish`.
-    let finish = if packed.layers().any() { "finish_layers" } else { "finish" };
+    // Where more than the radiance is asked for, another module declares `finish`.
+    let finish = if packed.brings_more_than_radiance() { "finish_layers" } else { "finish" };
     roots.extend(["generate", finish, "survival", "reweight", "queue_key"]);
     for (name, is_on) in features {
         builder = builder.feature(name, *is_on);
@@ -330,11 +345,11 @@ mod tests {
         built_in.chain([lit_triangle(Material { ior: 1.0, ..Material::default() }), Scene::default()]).collect()
     }
 
-    // Kills: a word of code, a leaf of the state or of the film, a row of a table, for layers that nobody has asked for. The program is
-    // compared with one whose modules have lost every line that speaks of layers and which knows of no such feature.
+    // Kills: a word of code, a leaf of the state or of the film, a row of a table, for layers or an alpha that nobody has asked for. The
+    // program is compared with one whose modules have lost every line that speaks of them and which knows of no such feature.
     #[test]
-    fn without_a_request_there_are_no_layers() {
-        let speaks_of_layers = |text: &str| text.contains("layer_") || text.contains("delta_surfaces");
+    fn without_a_request_there_are_no_layers_and_no_alpha() {
+        let speaks_of_layers = |text: &str| ["layer_", "delta_surfaces", "transparent"].iter().any(|word| text.contains(word));
         for scene in scenes() {
             let packed = pack(&scene, &Settings::default(), 1 << 30).expect("packs");
             let program = program_of(&packed).unwrap_or_else(|error| panic!("{error}"));
@@ -385,7 +400,8 @@ mod tests {
                 }
                 let chosen: Vec<&str> = (0..7).filter(|bit| set >> bit & 1 == 1).map(|bit| LayerRequest::NAMES[bit]).collect();
                 let request: LayerRequest = chosen.join(",").parse().expect("layers");
-                let program = Renderer::program_with(&scene, request).unwrap_or_else(|error| panic!("{request}: {error}"));
+                let settings = Settings { layers: request, ..Settings::default() };
+                let program = Renderer::program_with(&scene, &settings).unwrap_or_else(|error| panic!("{request}: {error}"));
                 assert_eq!(program.stages().any(|stage| stage == LAYER_STAGE), request.needs_stage(), "{request}");
                 let layout = program.layout(Some(RouletteScope::Lane));
                 let expected: usize = (0..7).filter(|bit| set >> bit & 1 == 1).map(|bit| components[bit]).sum();
@@ -396,6 +412,30 @@ mod tests {
                     let is_there = layout.leaves.iter().any(|leaf| leaf.path.split('.').nth(1) == Some(name));
                     assert_eq!(is_there, set >> bit & 1 == 1, "{request}: {name}");
                 }
+            }
+        }
+    }
+
+    // Kills: state, a stage or a table for an alpha, which needs none; a combination with layers or effects that does not compile.
+    #[test]
+    fn an_alpha_takes_a_leaf_of_the_film_and_nothing_else() {
+        for scene in scenes() {
+            for layers in [LayerRequest::NONE, LayerRequest::ALL] {
+                let [opaque, transparent] = [false, true].map(|transparent| {
+                    let settings = Settings { layers, transparent, ..Settings::default() };
+                    let packed = pack(&scene, &settings, 1 << 30).expect("packs");
+                    let program = program_of(&packed).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
+                    let parts = [packed.view, packed.bvh, packed.triangles, packed.tables, packed.texels];
+                    (program, parts)
+                });
+                let stages = |program: &Program| program.stages().map(str::to_owned).collect::<Vec<_>>();
+                assert_eq!(stages(&transparent.0), stages(&opaque.0), "{}", scene.name);
+                let leaves = |program: &Program| {
+                    let layout = program.layout(Some(RouletteScope::Lane));
+                    layout.leaves.iter().map(|leaf| leaf.path.clone()).collect::<Vec<_>>()
+                };
+                assert_eq!(leaves(&transparent.0), leaves(&opaque.0), "{}", scene.name);
+                assert!(transparent.1 == opaque.1, "{}", scene.name);
             }
         }
     }

@@ -1,5 +1,12 @@
 //! The command `path-tracer` as a stranger meets it: messages, exit codes, what happens to files.
 
+#[path = "command_line/frames.rs"]
+mod frames;
+#[path = "command_line/stopping.rs"]
+mod stopping;
+#[path = "command_line/transparent.rs"]
+mod transparent;
+
 use std::{
     fs,
     path::Path,
@@ -98,6 +105,26 @@ fn triangle_with_nan(folder: &Path) -> String {
         "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
         "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"uri":"nan.bin","byteLength":36}]}"#;
     let file = folder.join("nan.gltf");
+    fs::write(&file, json).expect("written");
+    file.display().to_string()
+}
+
+/// A lit triangle that moves by two metres along +x from second 0 to second 2; without a camera.
+fn triangle_that_moves(folder: &Path) -> String {
+    let numbers = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
+    let bytes: Vec<u8> = numbers.as_flattened().iter().chain(&[0.0, 2.0]).flat_map(|value| f32::to_le_bytes(*value)).collect();
+    fs::write(folder.join("moves.bin"), bytes).expect("written");
+    let json = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+        "animations":[{"name":"slide","channels":[{"sampler":0,"target":{"node":0,"path":"translation"}}],
+            "samplers":[{"input":2,"output":1}]}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},
+            {"bufferView":1,"componentType":5126,"count":2,"type":"VEC3"},
+            {"bufferView":2,"componentType":5126,"count":2,"type":"SCALAR","min":[0],"max":[2]}],
+        "bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":24},
+            {"buffer":0,"byteOffset":60,"byteLength":8}],
+        "buffers":[{"uri":"moves.bin","byteLength":68}]}"#;
+    let file = folder.join("moves.gltf");
     fs::write(&file, json).expect("written");
     file.display().to_string()
 }
@@ -452,7 +479,7 @@ fn a_stranger_is_told_what_to_do() {
     }
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         let script = text(&["completions", shell]);
-        assert!(script.contains("tone-map") && script.contains("compare"), "{shell}");
+        assert!(script.contains("tone-map") && script.contains("skip-existing") && script.contains("compare"), "{shell}");
     }
     assert!(text(&["man"]).contains(".TH path-tracer"));
     assert!(text(&["man", "render"]).contains("tone\\-map"));
@@ -462,36 +489,4 @@ fn a_stranger_is_told_what_to_do() {
         command.args(["--help"]).env(variable, "1").output().expect("the binary runs").stdout
     };
     assert!(!command("NO_COLOR").contains(&0x1b));
-}
-
-/// Kills: a picture thrown away by Ctrl-C, one that claims to be complete, an exit code that says that all is well.
-#[cfg(unix)]
-#[test]
-fn ctrl_c_leaves_what_is_finished() {
-    if !has_adapter() {
-        return;
-    }
-    let folder = tempfile::tempdir().expect("a folder");
-    let (out, preview) = (folder.path().join("a.exr"), folder.path().join("p.pfm"));
-    let arguments = ["render", "cornell-box", "--size", "64x64", "--samples", "1000000", "--json", "--every", "0.05s"];
-    let child = Command::new(env!("CARGO_BIN_EXE_path-tracer"))
-        .args(arguments)
-        .args(["--out".as_ref(), out.as_os_str(), "--preview".as_ref(), preview.as_os_str()])
-        .stdout(std::process::Stdio::piped())
-        .stderr(std::process::Stdio::piped())
-        .spawn()
-        .expect("the binary runs");
-    // A preview says that there is something to keep.
-    let begun = std::time::Instant::now();
-    while !preview.exists() && begun.elapsed().as_secs() < 120 {
-        std::thread::sleep(std::time::Duration::from_millis(20));
-    }
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs").success());
-    let output = child.wait_with_output().expect("it ends");
-    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(130), "{stderr}");
-    assert!(stderr.contains("stopped after") && stderr.contains("of 1000000 samples"), "{stderr}");
-    let said = json(&String::from_utf8_lossy(&output.stdout));
-    assert_eq!(said["complete"].as_bool(), Some(false));
-    assert!(said["samples"].as_u64() > Some(0) && out.exists());
 }

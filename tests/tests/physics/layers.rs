@@ -18,7 +18,7 @@ use crate::{assert_mean, lambert, metal, parallel_camera};
 const MIDDLE: Vec3 = Vec3::new(10.0, 20.0, -3.0);
 const SIDE: u32 = 16;
 
-fn render(scene: &Scene, settings: &Settings) -> Option<Rendering> {
+pub(crate) fn render(scene: &Scene, settings: &Settings) -> Option<Rendering> {
     let gpu = wavepool_tests::device::gpu()?;
     let mut scene = scene.clone();
     scene.validate().expect("a valid scene");

@@ -2,7 +2,7 @@
 
 use path_tracer::{
     gpu_scene::{GpuScene, PackOptions},
-    scene::{Camera, LightKind, Projection, Scene, framing::frame},
+    scene::{Animation, Camera, LightKind, Projection, Scene, framing::frame},
 };
 use serde_json::{Value, json};
 
@@ -50,6 +50,7 @@ fn tell(scene: &Scene, parts: &[(&str, usize)]) {
     let images = scene.images.iter().map(|image| format!("'{}', {}x{}", image.name, image.width, image.height));
     list("images", images);
     list("lights", lights(scene).into_iter().map(|(kind, count)| format!("{count} {kind}")));
+    list("animations", scene.animations.iter().map(|animation| format!("'{}'{}", animation.name, span(animation))));
     match &scene.environment {
         Some(environment) => say(format_args!("environment: '{}', {}x{}", environment.name, environment.width, environment.height)),
         None => say("environment: none"),
@@ -95,6 +96,7 @@ fn object(scene: &Scene, parts: &[(&str, usize)]) -> Value {
         "materials": scene.materials.iter().map(|material| material.name.as_str()).collect::<Vec<_>>(),
         "images": images.collect::<Vec<_>>(),
         "lights": lights(scene).into_iter().map(|(kind, count)| (kind.to_owned(), count.into())).collect::<serde_json::Map<_, _>>(),
+        "animations": scene.animations.iter().map(|animation| json!({ "name": animation.name, "seconds": animation.seconds })).collect::<Vec<_>>(),
         "environment": environment.map(|map| json!({ "name": map.name, "width": map.width, "height": map.height })),
         "device_bytes": total,
         "warnings": scene.warnings,
@@ -106,6 +108,10 @@ fn lens(camera: &Camera) -> String {
         Projection::Perspective { vertical_fov } => format!("{:.2} degrees high", vertical_fov.to_degrees()),
         Projection::Orthographic { half_height } => format!("parallel, {} metres high", 2.0 * half_height),
     }
+}
+
+fn span(animation: &Animation) -> String {
+    animation.seconds.map_or_else(String::new, |[first, last]| format!(", seconds {first} to {last}"))
 }
 
 /// How many there are of each kind.

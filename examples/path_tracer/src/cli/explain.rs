@@ -18,6 +18,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let settings = arguments.render.settings()?;
+    arguments.render.frames.refuse("explain")?;
     if arguments.render.voice.wants_json() {
         return Err(Failure::Usage("--json: explain speaks to people; `path-tracer info SCENE --json` to programs".into()));
     }
@@ -26,7 +27,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::Usage(what));
     }
     let scene = arguments.render.scene.load()?;
-    let program = Renderer::program(&scene)?;
+    let program = Renderer::program_with(&scene, &settings)?;
     let scope = settings.schedule.roulette.as_ref().map(|roulette| roulette.scope());
     let layout = program.layout_at(scope, settings.schedule.grain());
     if let Some(folder) = &arguments.dump {

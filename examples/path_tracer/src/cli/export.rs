@@ -24,6 +24,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let settings = arguments.render.settings()?;
+    arguments.render.frames.refuse("export")?;
     output::check_place(&arguments.mitsuba)?;
     let mut scene = arguments.render.scene.load()?;
     scene.reframe(settings.width as f32 / settings.height as f32);
@@ -32,7 +33,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let materials = if arguments.materials == "model" { Materials::Model } else { Materials::Standard };
     let notes = mitsuba::write(&arguments.mitsuba, &scene, &camera, &settings, materials)?;
-    scene.warnings.iter().chain(&notes).for_each(|note| eprintln!("note: {note}"));
+    arguments.render.view.notes(&scene).chain(&notes).for_each(|note| eprintln!("note: {note}"));
     say(format_args!("scene:      {}, {} triangles, {} lights", scene.name, scene.triangles.len(), scene.lights.len()));
     say(format_args!("written:    {}", arguments.mitsuba.display()));
     Ok(())

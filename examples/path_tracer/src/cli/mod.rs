@@ -5,6 +5,7 @@ mod compare;
 mod contents;
 mod explain;
 mod export;
+mod frames;
 mod manual;
 mod picture;
 mod progress;
@@ -13,6 +14,7 @@ mod scene;
 mod scenes;
 mod schedule;
 mod schedules;
+mod session;
 mod stop;
 mod value;
 mod view;
@@ -33,6 +35,7 @@ Try first:
   path-tracer scenes                                 what else is built in
   path-tracer info scene.glb                         what is in a file of yours
   path-tracer render scene.glb --env sky.hdr --samples 256 --out picture.exr
+  path-tracer render scene.glb --frames 1..48 --out frame_####.png
   path-tracer compare picture.exr reference.exr      how far two pictures are apart
   path-tracer render --help                          everything that can be chosen
 
@@ -91,6 +94,16 @@ impl Failure {
             Failure::Usage(_) => 2,
             Failure::Runtime(_) => 1,
             Failure::Stopped(_) => stop::EXIT_CODE,
+        }
+    }
+}
+
+impl Failure {
+    /// The same failure, of one picture of a series.
+    pub(crate) fn in_frame(self, frame: Option<i32>) -> Failure {
+        match (self, frame) {
+            (Failure::Runtime(text), Some(frame)) => Failure::Runtime(format!("frame {frame}: {text}")),
+            (failure, _) => failure,
         }
     }
 }

@@ -9,7 +9,7 @@ use super::value;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct PictureArguments {
-    /// .png, .exr, .pfm or .npy; the scene's name with .png when not given.
+    /// .png, .exr, .pfm or .npy; the scene's name with .png when not given. With --frames, #### is the number of the frame.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     /// Brightness of a PNG in stops.

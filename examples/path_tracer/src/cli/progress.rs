@@ -11,9 +11,10 @@ pub(crate) struct Meter {
 }
 
 impl Meter {
-    pub(crate) fn new(items: u64) -> Self {
-        let bar = ProgressBar::new(items);
-        let template = "{wide_bar} {percent:>3} %  {per_sec}  {eta} left";
+    /// `title` stands before the bar.
+    pub(crate) fn new(items: u64, title: String) -> Self {
+        let bar = ProgressBar::new(items).with_prefix(title);
+        let template = "{prefix}{wide_bar} {percent:>3} %  {per_sec}  {eta} left";
         if let Ok(style) = ProgressStyle::with_template(template) {
             let style = style.with_key("per_sec", |state: &indicatif::ProgressState, w: &mut dyn std::fmt::Write| {
                 let _ = write!(w, "{:.2} Msamples/s", state.per_sec() / 1e6);

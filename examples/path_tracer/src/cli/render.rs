@@ -1,4 +1,4 @@
-//! `path-tracer render`: a scene to an image.
+//! `path-tracer render`: a scene to an image, or an animation to images. What can be chosen; `session` does it.
 
 use std::{
     ffi::OsString,
@@ -6,27 +6,28 @@ use std::{
 };
 
 use path_tracer::{
-    Crop, LayerRequest, Observer, Renderer, Rendering, Settings, Wish,
-    output::{self, Facts, Options, Picture},
-    wavepool::{GpuContext, GpuOptions, Instruments, Progress, Report, Schedule},
+    Crop, LayerRequest, Settings, output,
+    wavepool::{Instruments, Schedule},
 };
 
 use super::{
     Failure,
+    frames::{FrameArguments, Shot},
     picture::PictureArguments,
-    progress::Meter,
     scene::SceneArguments,
-    stop,
+    session::Session,
     value::{self, Region, Size},
     view::ViewArguments,
-    voice::{Voice, VoiceArguments},
-    watch::{Watch, WatchArguments},
+    voice::VoiceArguments,
+    watch::WatchArguments,
 };
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     pub(crate) scene: SceneArguments,
+    #[command(flatten)]
+    pub(crate) frames: FrameArguments,
     #[command(flatten)]
     pub(crate) view: ViewArguments,
     /// Pixels.
@@ -53,6 +54,10 @@ pub(crate) struct Arguments {
     /// What to find out beside the colour, for an .exr: NAME[,NAME...] of albedo, normal, depth, position, object, material, variance, or all.
     #[arg(long, value_name = "NAMES", default_value = "none", value_parser = layers)]
     layers: LayerRequest,
+    /// Leave the background empty: the environment still lights the scene, but is not seen directly, and an alpha says how much of a pixel
+    /// something covers; for .exr (colour multiplied by it) and .png (not multiplied).
+    #[arg(long)]
+    transparent: bool,
     /// Blocks of 256 lanes that are in flight at once.
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = value::positive)]
     pool_blocks: Option<u32>,
@@ -61,11 +66,11 @@ pub(crate) struct Arguments {
     bank_blocks: Option<u32>,
     /// Part of the name of the adapter to use.
     #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    pub(crate) adapter: Option<String>,
     #[command(flatten)]
-    picture: PictureArguments,
+    pub(crate) picture: PictureArguments,
     #[command(flatten)]
-    watch: WatchArguments,
+    pub(crate) watch: WatchArguments,
     /// Write counters, steps, walk lengths and device times to a JSON file, and print a summary.
     #[arg(long, value_name = "FILE")]
     stats: Option<PathBuf>,
@@ -117,6 +122,7 @@ impl Arguments {
             schedule,
             crop,
             layers: self.layers,
+            transparent: self.transparent,
             instruments,
             ..Settings::default()
         })
@@ -130,7 +136,7 @@ fn default_output(scene: &str) -> PathBuf {
 }
 
 /// What was typed, such that a shell understands it again.
-fn command_line() -> String {
+pub(crate) fn command_line() -> String {
     let quoted = |word: OsString| {
         let word = word.to_string_lossy();
         let is_plain = |c: char| c.is_alphanumeric() || "._/=,:+-".contains(c);
@@ -140,171 +146,22 @@ fn command_line() -> String {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let mut voice = Voice::of(arguments.voice);
-    let mut settings = arguments.settings()?;
-    let out = arguments.picture.out.clone().unwrap_or_else(|| default_output(&arguments.scene.scene));
-    output::check_writable(&out)?;
-    for file in [&arguments.stats, &arguments.trace].into_iter().flatten() {
-        output::check_place(file)?;
-    }
-    let mut scene = arguments.scene.load()?;
-    scene.reframe(settings.width as f32 / settings.height as f32);
-    settings.camera = arguments.view.camera(&scene)?.or_else(|| scene.cameras.first().cloned());
-    voice.notes(&scene.warnings);
-    if settings.crop.is_some() && settings.schedule.roulette.as_ref().is_some_and(|roulette| roulette.scope().is_shared()) {
-        voice
-            .note("--crop: lanes share draws of this roulette with others than in the whole picture; pixels are as good, but not the same");
-    }
-    let watch = arguments.watch.begin(&scene.name)?;
-    if watch.is_on() && !settings.schedule.candidates.is_empty() {
-        let what = "nobody can look on (--preview, --tev) while schedules take turns";
-        return Err(Failure::Usage(format!("--schedule {}: {what}", settings.schedule)));
-    }
-
-    let gpu = GpuContext::new(&GpuOptions { adapter: arguments.adapter.clone() })?;
-    let mut renderer = Renderer::new(&gpu, &scene, &settings)?;
-    voice.notes(renderer.warnings());
-    voice.say(format_args!("scene:      {}, {} triangles", scene.name, scene.triangles.len()));
-    voice.say(format_args!("adapter:    {}", gpu.facts));
-    voice.say(format_args!("schedule:   {}", renderer.schedule()));
-
-    let facts = Facts {
-        camera: settings.camera.clone(),
-        texts: [
-            ("command", format!("path-tracer {}", command_line())),
-            ("scene", scene.name.clone()),
-            ("seed", settings.seed.to_string()),
-            ("firstSample", settings.first_sample.to_string()),
-            ("schedule", renderer.schedule()),
-            ("adapter", gpu.facts.to_string()),
-        ]
-        .map(|(name, text)| (name.to_owned(), text))
-        .into(),
+    let settings = arguments.settings()?;
+    let whole = Shot {
+        frame: None,
+        time: arguments.scene.time(),
+        out: arguments.picture.out.clone().unwrap_or_else(|| default_output(&arguments.scene.scene)),
+        stats: arguments.stats.clone(),
+        trace: arguments.trace.clone(),
     };
-    let meter = voice.shows_progress().then(|| Meter::new(items(&settings)));
-    let mut onlooker = Onlooker { settings: &settings, facts, options: arguments.picture.options(), meter, watch, voice: &mut voice };
-    stop::listen()?;
-    let rendering = renderer.render_observed(&mut onlooker)?;
-    let ((width, height), passes) = (size(&settings), rendering.report.passes);
-    onlooker.meter.iter().for_each(Meter::finish);
-    if passes == 0 {
-        return Err(Failure::Stopped("stopped before the first sample was finished; nothing is written".into()));
-    }
-    let picture = onlooker.picture(&rendering);
-    let options = onlooker.options;
-    onlooker.watch.send(&picture, onlooker.voice);
-    voice.notes(&output::write_picture(&out, &picture, &options)?);
-
-    tell(&voice, &settings, &renderer, &rendering.report);
-    voice.notes(&rendering.report.notes);
-    if arguments.stats.is_some() || arguments.trace.is_some() {
-        let mut statistics = renderer.statistics(&rendering)?;
-        statistics.command = command_line();
-        if let Some(path) = &arguments.stats {
-            output::write_json(path, &statistics.to_json())?;
-        }
-        if let Some(path) = &arguments.trace {
-            output::write_json(path, &statistics.trace())?;
-        }
-        voice.say(statistics.summary().trim_end());
-    }
-    let hash = format!("{:016x}", rendering.film.hash());
-    voice.say(format_args!("image:      {}", out.display()));
-    voice.say(format_args!("image-hash: {hash}"));
-    let is_complete = passes == settings.samples;
-    voice.conclude(serde_json::json!({
-        "file": out.display().to_string(),
-        "scene": scene.name,
-        "width": width,
-        "height": height,
-        "samples": passes,
-        "complete": is_complete,
-        "seconds": rendering.report.elapsed.as_secs_f64(),
-        "hash": hash,
-        "schedule": renderer.schedule(),
-        "adapter": gpu.facts.to_string(),
-    }));
-    if is_complete {
-        return Ok(());
-    }
-    Err(Failure::Stopped(format!("stopped after {passes} of {} samples; {} shows them", settings.samples, out.display())))
-}
-
-/// Paths of the whole picture.
-fn items(settings: &Settings) -> u64 {
-    let (width, height) = size(settings);
-    u64::from(width) * u64::from(height) * u64::from(settings.samples)
-}
-
-/// Of what is rendered.
-fn size(settings: &Settings) -> (u32, u32) {
-    settings.crop.map_or((settings.width, settings.height), |crop| (crop.width, crop.height))
-}
-
-/// Shows progress and what there is, and listens to Ctrl-C.
-struct Onlooker<'a> {
-    settings: &'a Settings,
-    facts: Facts,
-    options: Options,
-    meter: Option<Meter>,
-    watch: Watch,
-    voice: &'a mut Voice,
-}
-
-impl Onlooker<'_> {
-    fn picture(&self, rendering: &Rendering) -> Picture {
-        let mut facts = self.facts.clone();
-        let samples = rendering.film.samples().iter().copied().max().unwrap_or(0);
-        facts.texts.push(("samples".into(), samples.to_string()));
-        facts.texts.push(("filmHash".into(), format!("{:016x}", rendering.film.hash())));
-        // `samples` alone is no layer that somebody has asked for.
-        let layers = if self.settings.layers == LayerRequest::NONE { Vec::new() } else { rendering.layers() };
-        let picture = Picture { facts, layers, ..Picture::of_color(self.settings.width, self.settings.height, rendering.pixels()) };
-        match self.settings.crop {
-            None => picture,
-            Some(crop) => picture.cropped(crop.x, crop.y, crop.width, crop.height),
+    let mut shots = arguments.frames.shots(whole).peekable();
+    // One file of a series stands for all: they have one folder and one ending.
+    if let Some(shot) = shots.peek() {
+        output::check_writable(&shot.out)?;
+        for file in [&shot.stats, &shot.trace].into_iter().flatten() {
+            output::check_place(file)?;
         }
     }
-}
-
-impl Observer for Onlooker<'_> {
-    fn wish(&mut self, progress: &Progress) -> Wish {
-        self.meter.iter().for_each(|meter| meter.update(progress));
-        match (stop::is_asked(), progress.passes_done > 0 && self.watch.is_due()) {
-            (true, _) => Wish::Stop,
-            (false, true) => Wish::Show,
-            (false, false) => Wish::GoOn,
-        }
-    }
-
-    fn show(&mut self, so_far: &Rendering) {
-        let picture = self.picture(so_far);
-        self.watch.show(&picture, &self.options, self.voice);
-    }
-}
-
-/// What was done, for people.
-fn tell(voice: &Voice, settings: &Settings, renderer: &Renderer, report: &Report) {
-    let seconds = report.elapsed.as_secs_f64();
-    let ((width, height), passes) = (size(settings), report.passes);
-    let rate = f64::from(width) * f64::from(height) * f64::from(passes) / seconds / 1e6;
-    voice.say(format_args!("rendered:   {width}x{height}, {passes} samples in {seconds:.1} s, {rate:.3} Msamples/s"));
-    voice.say(format_args!(
-        "pool:       {} blocks in {} bank(s), {} bytes of state per lane; results of {} passes at once",
-        report.pool_blocks,
-        report.banks,
-        renderer.scheduler().layout().bytes_per_lane(),
-        report.ring
-    ));
-    voice.say(format_args!(
-        "work:       {} steps, {} launches, {} regenerations, {} of {} paths ended by roulette",
-        report.steps, report.launches, report.regenerations, report.items_killed, report.items_started
-    ));
-    for decision in &report.decisions {
-        let (first, last) = (decision.first_pass, decision.first_pass + decision.passes);
-        voice.say(format_args!("auto:       samples {first}..{last} by {}: {}", decision.schedule, decision.reason));
-    }
-    if report.not_finite > 0 {
-        voice.say(format_args!("ledger:     {} components of samples were not finite and count as zero", report.not_finite));
-    }
+    let mut session = Session::new(arguments, settings);
+    shots.try_for_each(|shot| session.shoot(&shot).map_err(|failure| failure.in_frame(shot.frame)))
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use path_tracer::scene::{self, Environment, LoadOptions, Scene};
+use path_tracer::scene::{self, Bounds, Environment, LoadOptions, Scene};
 
 use super::{Failure, value};
 
@@ -14,7 +14,7 @@ pub(crate) struct SceneArguments {
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = value::finite)]
     time: Option<f32>,
     /// Which animation, when a file has several; the first one when not given.
-    #[arg(long, value_name = "NAME", requires = "time")]
+    #[arg(long, value_name = "NAME")]
     animation: Option<String>,
     /// A variant of the materials.
     #[arg(long, value_name = "NAME")]
@@ -33,46 +33,128 @@ pub(crate) struct SceneArguments {
 impl SceneArguments {
     /// The scene, lit by something; what had to be assumed is in its warnings.
     pub(crate) fn load(&self) -> Result<Scene, Failure> {
-        let options = LoadOptions { time: self.time, animation: self.animation.clone(), variant: self.variant.clone() };
-        let mut scene = load(&self.scene, self.env.as_deref(), &options)?;
-        for (option, is_given) in [("--env-intensity", self.env_intensity != 1.0), ("--env-rotation", self.env_rotation != 0.0)] {
-            if is_given && scene.environment.is_none() {
+        self.loader().load(self.time)
+    }
+
+    /// The moment that is asked for.
+    pub(crate) fn time(&self) -> Option<f32> {
+        self.time
+    }
+
+    /// For more than one moment.
+    pub(crate) fn loader(&self) -> Loader<'_> {
+        Loader { arguments: self, panorama: None }
+    }
+
+    fn options(&self, time: Option<f32>) -> LoadOptions {
+        LoadOptions { time, animation: self.animation.clone(), variant: self.variant.clone() }
+    }
+
+    /// What changes an environment, and whether it is asked for.
+    fn environment_options(&self) -> [(&'static str, bool); 2] {
+        [("--env-intensity", self.env_intensity != 1.0), ("--env-rotation", self.env_rotation != 0.0)]
+    }
+
+    /// Turned and scaled as the options have it, with what had to be clamped.
+    fn prepared(&self, environment: &mut Environment) -> Option<String> {
+        turn(environment, self.env_rotation);
+        let n_clamped = scale(environment, self.env_intensity);
+        (n_clamped > 0).then(|| format!("--env-intensity {}: {n_clamped} values became the largest finite number", self.env_intensity))
+    }
+}
+
+/// Loads the scene again and again; the file of the environment is read once, as long as scenes give it back.
+pub(crate) struct Loader<'a> {
+    arguments: &'a SceneArguments,
+    panorama: Option<Panorama>,
+}
+
+/// A file's environment as the options want it.
+struct Panorama {
+    /// Away while a scene has it.
+    environment: Option<Environment>,
+    warnings: Vec<String>,
+}
+
+impl Loader<'_> {
+    /// The scene at a moment, or in its rest pose; lit by something. What had to be assumed is in its warnings.
+    pub(crate) fn load(&mut self, time: Option<f32>) -> Result<Scene, Failure> {
+        let arguments = self.arguments;
+        if let (Some(name), None) = (&arguments.animation, time) {
+            return Err(Failure::Usage(format!("--animation {name}: it needs a moment, --time, or several, --frames of render")));
+        }
+        let mut scene = unlit(&arguments.scene, &arguments.options(time))?;
+        if let Some(path) = &arguments.env {
+            let (environment, warnings) = match self.panorama.take() {
+                Some(Panorama { environment: Some(environment), warnings }) => (environment, warnings),
+                _ => {
+                    let (mut environment, mut warnings) = scene::load_environment(path)?;
+                    warnings.extend(arguments.prepared(&mut environment));
+                    (environment, warnings)
+                }
+            };
+            scene.environment = Some(environment);
+            scene.warnings.extend(warnings.iter().cloned());
+            self.panorama = Some(Panorama { environment: None, warnings });
+            return Ok(scene);
+        }
+        light(&mut scene);
+        if let Some(environment) = &mut scene.environment {
+            scene.warnings.extend(arguments.prepared(environment));
+            return Ok(scene);
+        }
+        for (option, is_given) in arguments.environment_options() {
+            if is_given {
                 let what = "the scene has no environment that it could apply to";
                 return Err(Failure::Usage(format!("{option}: {what}; --env FILE gives it one")));
             }
         }
-        if let Some(environment) = &mut scene.environment {
-            turn(environment, self.env_rotation);
-            let n_clamped = scale(environment, self.env_intensity);
-            if n_clamped > 0 {
-                scene.warnings.push(format!("--env-intensity {}: {n_clamped} values became the largest finite number", self.env_intensity));
-            }
-        }
         Ok(scene)
+    }
+
+    /// The box around the scene in its rest pose.
+    pub(crate) fn rest_bounds(&self) -> Result<Option<Bounds>, Failure> {
+        let options = LoadOptions { animation: None, ..self.arguments.options(None) };
+        Ok(unlit(&self.arguments.scene, &options)?.bounds())
+    }
+
+    /// The environment of a scene that needs it no longer.
+    pub(crate) fn take_back(&mut self, scene: &mut Scene) {
+        if let Some(panorama) = &mut self.panorama {
+            panorama.environment = scene.environment.take();
+        }
     }
 }
 
 /// A built-in scene or a file, with its environment and lit by something.
 pub(crate) fn load(name: &str, env: Option<&Path>, options: &LoadOptions) -> Result<Scene, Failure> {
-    let mut scene = match scene::builtin(name) {
-        Some(_) if *options != LoadOptions::default() => {
-            return Err(Failure::Usage(format!(
-                "{name}: a built-in scene has no animations and no variants (--time, --animation, --variant)"
-            )));
-        }
-        Some(scene) => scene,
-        None => load_file(name, options)?,
-    };
+    let mut scene = unlit(name, options)?;
     if let Some(path) = env {
         let (environment, warnings) = scene::load_environment(path)?;
         scene.environment = Some(environment);
         scene.warnings.extend(warnings);
     }
+    light(&mut scene);
+    Ok(scene)
+}
+
+/// As it is built in or in a file.
+fn unlit(name: &str, options: &LoadOptions) -> Result<Scene, Failure> {
+    match scene::builtin(name) {
+        Some(_) if *options != LoadOptions::default() => Err(Failure::Usage(format!(
+            "{name}: a built-in scene has no animations and no variants (--time, --frames, --animation, --variant)"
+        ))),
+        Some(scene) => Ok(scene),
+        None => load_file(name, options),
+    }
+}
+
+/// A scene without any light is lit by a plain sky.
+fn light(scene: &mut Scene) {
     if !scene.has_light() {
         scene.environment = Some(Environment::plain_sky());
         scene.warnings.push("the scene has no light: lit by a plain sky".into());
     }
-    Ok(scene)
 }
 
 /// A name without a known ending that is no file was meant as a built-in scene.

@@ -8,9 +8,13 @@ use super::Failure;
 pub(crate) const EXIT_CODE: u8 = 130;
 
 static IS_ASKED: AtomicBool = AtomicBool::new(false);
+static LISTENS: AtomicBool = AtomicBool::new(false);
 
-/// From here on Ctrl-C is counted instead of ending the process.
+/// From here on Ctrl-C is counted instead of ending the process; once is enough.
 pub(crate) fn listen() -> Result<(), Failure> {
+    if LISTENS.swap(true, Ordering::Relaxed) {
+        return Ok(());
+    }
     ctrlc::set_handler(|| {
         if IS_ASKED.swap(true, Ordering::Relaxed) {
             std::process::exit(i32::from(EXIT_CODE));

@@ -44,6 +44,12 @@ pub(crate) fn finite(text: &str) -> Result<f32, String> {
     text.parse().ok().filter(|number: &f32| number.is_finite()).ok_or_else(|| String::from("not a finite number"))
 }
 
+/// So many in a second.
+pub(crate) fn rate(text: &str) -> Result<f64, String> {
+    let allowed = |rate: &f64| *rate >= 1e-3 && *rate <= 1e6;
+    text.parse().ok().filter(allowed).ok_or_else(|| String::from("expected a number from 0.001 to 1000000"))
+}
+
 /// A number that scales radiance or bounds an error.
 pub(crate) fn not_negative(text: &str) -> Result<f32, String> {
     finite(text).ok().filter(|number| *number >= 0.0).ok_or_else(|| String::from("expected a finite number, 0 or more"))
@@ -121,6 +127,8 @@ mod tests {
         for text in ["", "3,4", "3,4,5", "3,4,0x6", "-3,4,5x6", "3,4,5x6,7"] {
             assert!(region(text).is_err(), "{text}");
         }
+        assert_eq!(rate("29.97"), Ok(29.97));
+        assert!(rate("0").is_err() && rate("-24").is_err() && rate("NaN").is_err() && rate("inf").is_err());
         assert!(positive("0").is_err() && whole("0").is_ok() && whole("-1").is_err() && whole("4294967296").is_err());
         assert!(field_of_view("0").is_err() && field_of_view("180").is_err() && field_of_view("NaN").is_err());
         assert!(not_negative("-0.1").is_err() && finite("-0.1").is_ok() && finite("nan").is_err());

@@ -3,7 +3,7 @@
 //! Key decision: a place given by hand replaces the whole camera; a field of view alone changes the lens of the one that there is.
 
 use glam::{Mat4, Vec3};
-use path_tracer::scene::{Camera, Projection, Scene};
+use path_tracer::scene::{Camera, Projection, Scene, framing::NOTE};
 
 use super::{Failure, value};
 
@@ -30,6 +30,12 @@ pub(crate) struct ViewArguments {
 const DEGREES: f32 = 40.0;
 
 impl ViewArguments {
+    /// What a scene says of itself, without what it says of a camera that is not used.
+    pub(crate) fn notes<'a>(&self, scene: &'a Scene) -> impl Iterator<Item = &'a String> {
+        let is_chosen = self.look_from.is_some() || self.camera.is_some();
+        scene.warnings.iter().filter(move |line| !(is_chosen && *line == NOTE))
+    }
+
     /// The camera that is asked for; `None` when it is the scene's first.
     pub(crate) fn camera(&self, scene: &Scene) -> Result<Option<Camera>, Failure> {
         let mut camera = match (&self.camera, self.look_from, self.look_at) {

@@ -1,9 +1,9 @@
 //! What a command says, and to whom: results to stdout, notes to stderr, or everything as one JSON object.
 //!
-//! **Invariant:** with `--json`, stdout is one JSON document; with `--quiet`, nothing is said but errors. Notes reach the JSON all the
-//! same.
+//! **Invariant:** with `--json`, stdout is one JSON document, or a line of JSON for each picture of a series; with `--quiet`, nothing is
+//! said but errors. Notes reach the JSON all the same. What many pictures have in common is noted once for people, and in every JSON.
 
-use std::fmt::Display;
+use std::{collections::BTreeSet, fmt::Display};
 
 use super::say;
 
@@ -12,7 +12,7 @@ pub(crate) struct VoiceArguments {
     /// Say nothing but errors.
     #[arg(long, short)]
     quiet: bool,
-    /// Say what was done as one JSON object on stdout.
+    /// Say what was done as one JSON object on stdout; with --frames as one for each frame, a line each.
     #[arg(long)]
     json: bool,
 }
@@ -27,12 +27,14 @@ impl VoiceArguments {
 pub(crate) struct Voice {
     is_quiet: bool,
     is_json: bool,
+    /// Since the last conclusion.
     notes: Vec<String>,
+    said: BTreeSet<String>,
 }
 
 impl Voice {
     pub(crate) fn of(arguments: VoiceArguments) -> Voice {
-        Voice { is_quiet: arguments.quiet, is_json: arguments.json, notes: Vec::new() }
+        Voice { is_quiet: arguments.quiet, is_json: arguments.json, notes: Vec::new(), said: BTreeSet::new() }
     }
 
     /// A line for people.
@@ -44,10 +46,11 @@ impl Voice {
 
     /// A line about something that is not as it was asked for.
     pub(crate) fn note(&mut self, line: impl Display) {
-        if !self.is_quiet {
+        let line = line.to_string();
+        if self.said.insert(line.clone()) && !self.is_quiet {
             eprintln!("note: {line}");
         }
-        self.notes.push(line.to_string());
+        self.notes.push(line);
     }
 
     pub(crate) fn notes<'a>(&mut self, lines: impl IntoIterator<Item = &'a String>) {
@@ -59,10 +62,11 @@ impl Voice {
         !self.is_quiet
     }
 
-    /// The object that `--json` asks for, with all notes as `warnings`.
-    pub(crate) fn conclude(&self, mut object: serde_json::Value) {
+    /// The object that `--json` asks for, with all notes since the last one as `warnings`.
+    pub(crate) fn conclude(&mut self, mut object: serde_json::Value) {
+        let notes = std::mem::take(&mut self.notes);
         if self.is_json {
-            object["warnings"] = self.notes.clone().into();
+            object["warnings"] = notes.into();
             say(object);
         }
     }

@@ -33,7 +33,7 @@ use super::{
 pub struct LayerRequest {
     /// In 0..=1, the mean over the samples: base colour of the first surface that is not a mirror or smooth glass alone, times what mirrors
     /// and glass before it let through. Light that the surface emits is added and cut at 1; so is the environment's where a path leaves the
-    /// scene.
+    /// scene and sees it.
     pub albedo: bool,
     /// In -1..=1, the mean over the samples: world-space shading normal of the same surface, turned to the viewer; 0 where there is none.
     pub normal: bool,

@@ -55,6 +55,8 @@ pub struct PackOptions {
     pub light_strategy: LightStrategy,
     /// What is asked for beside the colour.
     pub layers: LayerRequest,
+    /// Coverage is asked for, and the environment is not seen directly.
+    pub transparent: bool,
     /// The sample that numbers of objects and materials are taken from.
     pub first_sample: u32,
     /// Bytes that one binding can hold.
@@ -72,6 +74,7 @@ impl Default for PackOptions {
             roulette_floor: 0.05,
             light_strategy: LightStrategy::Mis,
             layers: LayerRequest::NONE,
+            transparent: false,
             first_sample: 0,
             binding_limit: 128 << 20,
         }
@@ -139,6 +142,7 @@ pub struct GpuScene {
     /// What is in it.
     pub facts: Facts,
     layers: LayerRequest,
+    transparent: bool,
     constants: Vec<(&'static str, u32)>,
 }
 
@@ -210,14 +214,27 @@ impl GpuScene {
             normalisation,
             constants,
             layers: options.layers,
+            transparent: options.transparent,
             facts,
         })
     }
 
+<<<<<<< HEAD
     /// What conditions in the modules may ask for: effects of the scene, layers of the request and the form of the nodes.
     pub fn features(&self) -> Vec<(&'static str, bool)> {
         let form = [("compact_nodes", self.facts.compact_nodes)];
         self.facts.effects.features().into_iter().chain(self.layers.features()).chain(form).collect()
+=======
+    /// What conditions in the modules may ask for: effects of the scene, layers of the request, and whether the picture is transparent.
+    pub fn features(&self) -> Vec<(&'static str, bool)> {
+        let request = self.layers.features().into_iter().chain([("transparent", self.transparent)]);
+        self.facts.effects.features().into_iter().chain(request).collect()
+    }
+
+    /// True when paths bring home more than their radiance.
+    pub fn brings_more_than_radiance(&self) -> bool {
+        self.transparent || self.layers.any()
+>>>>>>> cli
     }
 
     /// What is asked for beside the colour.

@@ -79,7 +79,7 @@ fn attributes(picture: &Picture) -> LayerAttributes {
     let corner = picture.part.map_or((0, 0), |part| (part.x, part.y));
     let mut attributes = LayerAttributes {
         layer_position: Vec2(i32::try_from(corner.0).unwrap_or(0), i32::try_from(corner.1).unwrap_or(0)),
-        software_name: Some(text(concat!("wavepool path-tracer ", env!("CARGO_PKG_VERSION")))),
+        software_name: Some(text(picture::SOFTWARE)),
         // Vectors are rows there, so that their matrix by rows is ours by columns.
         world_to_camera: camera.map(|camera| picture::world_to_camera(camera).to_cols_array()),
         world_to_normalized_device: camera.map(|camera| picture::world_to_picture(camera, aspect).to_cols_array()),
@@ -93,8 +93,7 @@ fn attributes(picture: &Picture) -> LayerAttributes {
 
 /// A text of the file, which holds UTF-8; a line.
 fn text(content: &str) -> Text {
-    let line: String = content.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-    Text::from_slice_unchecked(line.as_bytes())
+    Text::from_slice_unchecked(picture::line(content).as_bytes())
 }
 
 #[cfg(test)]

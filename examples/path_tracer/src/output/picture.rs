@@ -15,6 +15,14 @@ use crate::{
     scene::{Camera, Projection},
 };
 
+/// Who wrote it, as files say it.
+pub(super) const SOFTWARE: &str = concat!("wavepool path-tracer ", env!("CARGO_PKG_VERSION"));
+
+/// A text as files hold it: one line.
+pub(super) fn line(content: &str) -> String {
+    content.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
 /// What is to be written.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Picture {

@@ -10,6 +10,8 @@ use super::validate::Bounds;
 
 /// The name of a camera that no file contained.
 pub const FRAMED: &str = "framed";
+/// What is said of a scene that is seen by such a camera.
+pub const NOTE: &str = "the file has no camera: the scene is framed from the front";
 
 /// From the middle of the box towards the camera: the front (+Z), slightly right and above.
 const TOWARDS_CAMERA: Vec3 = Vec3::new(0.35, 0.3, 1.0);
@@ -47,7 +49,11 @@ pub fn frame(bounds: Option<Bounds>, aspect: f32) -> Camera {
 impl Scene {
     /// Fits the framed camera to an image of the given width over height; cameras of the file stay as they are.
     pub fn reframe(&mut self, aspect: f32) {
-        let bounds = self.bounds();
+        self.reframe_around(self.bounds(), aspect);
+    }
+
+    /// [`reframe`](Self::reframe) around something else than this scene: another moment of it.
+    pub fn reframe_around(&mut self, bounds: Option<Bounds>, aspect: f32) {
         for camera in self.cameras.iter_mut().filter(|camera| camera.name == FRAMED) {
             *camera = frame(bounds, aspect);
         }

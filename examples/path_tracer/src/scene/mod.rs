@@ -78,7 +78,7 @@ pub fn load_with(path: &Path, options: &LoadOptions) -> Result<Scene, Error> {
     if scene.cameras.is_empty() {
         let camera = framing::frame(scene.bounds(), 1.0);
         scene.cameras.push(camera);
-        scene.warnings.push(String::from("the file has no camera: the scene is framed from the front"));
+        scene.warnings.push(String::from(framing::NOTE));
     }
     Ok(scene)
 }

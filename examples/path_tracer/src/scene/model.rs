@@ -33,6 +33,8 @@ pub struct Scene {
     pub lights: Vec<PunctualLight>,
     /// What a ray sees that leaves the scene.
     pub environment: Option<Environment>,
+    /// What the file can show over time, whether it is shown or not.
+    pub animations: Vec<Animation>,
     /// Everything a reader had to drop, replace or assume; one line each, names the thing.
     pub warnings: Vec<String>,
 }
@@ -241,6 +243,15 @@ pub struct Environment {
     pub height: u32,
     /// Linear radiance, `width * height` entries, row 0 at the top; finite and not negative.
     pub texels: Vec<[f32; 3]>,
+}
+
+/// A movement of a scene's parts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Animation {
+    /// As [`LoadOptions::animation`](super::LoadOptions::animation) asks for it, or its number in the file.
+    pub name: String,
+    /// Its first and its last key, as the file says without being asked about the keys themselves; `None` when it says nothing.
+    pub seconds: Option<[f32; 2]>,
 }
 
 /// Where the scene is seen from: looks along -Z of its own space, +Y up.

@@ -9,12 +9,13 @@ use std::collections::HashMap;
 
 use glam::{DQuat, DVec3};
 use serde::Deserialize;
+use serde_json::Value;
 
-use super::super::LoadOptions;
+use super::super::{LoadOptions, model};
 use super::Warnings;
 use super::accessor::Accessors;
 use super::json::{self, Document};
-use crate::error::Fault;
+use crate::error::{Fault, one_line};
 
 /// Elements of accessors that the channels of an animation may read together; one accessor may serve many channels.
 const ELEMENTS: usize = 1 << 28;
@@ -100,13 +101,32 @@ impl Pose {
     }
 }
 
-/// The animation of the name, or the first; `None` when the file has none and none is named.
-fn choose(document: &Document, wanted: Option<&str>, warnings: &mut Warnings) -> Result<Option<usize>, Fault> {
-    let name = |index: usize| match document.animations[index].get("name").and_then(|name| name.as_str()) {
+/// All animations of the file with the times that it claims for them. A broken one is listed too: nothing of it is read.
+pub(super) fn list(document: &Document) -> Vec<model::Animation> {
+    let claimed = |accessor: &json::Accessor| {
+        let time = |bound: &Value| bound.get(0)?.as_f64().map(|time| time as f32).filter(|time| time.is_finite());
+        Some([time(&accessor.min)?, time(&accessor.max)?])
+    };
+    let seconds = |animation: &Value| {
+        let samplers = animation.get("samplers")?.as_array()?;
+        let inputs = samplers.iter().filter_map(|sampler| usize::try_from(sampler.get("input")?.as_u64()?).ok());
+        let keys = inputs.filter_map(|input| claimed(document.accessors.get(input)?));
+        keys.reduce(|all, keys| [all[0].min(keys[0]), all[1].max(keys[1])])
+    };
+    let listed = |(index, animation)| model::Animation { name: one_line(&name(document, index)), seconds: seconds(animation) };
+    document.animations.iter().enumerate().map(listed).collect()
+}
+
+fn name(document: &Document, index: usize) -> String {
+    match document.animations[index].get("name").and_then(|name| name.as_str()) {
         Some(name) => String::from(name),
         None => format!("animation {index}"),
-    };
-    let names: Vec<String> = (0..document.animations.len()).map(name).collect();
+    }
+}
+
+/// The animation of the name, or the first; `None` when the file has none and none is named.
+fn choose(document: &Document, wanted: Option<&str>, warnings: &mut Warnings) -> Result<Option<usize>, Fault> {
+    let names: Vec<String> = (0..document.animations.len()).map(|index| name(document, index)).collect();
     let listed = |names: &[String]| names.iter().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ");
     match (wanted, names.as_slice()) {
         (None, []) => Ok(None),

@@ -109,6 +109,10 @@ pub(super) struct Accessor {
     #[serde(rename = "type")]
     pub(super) shape: String,
     pub(super) sparse: Option<Sparse>,
+    /// Claimed, not checked: for what is said about a file, never for what is read from it.
+    pub(super) min: Value,
+    /// The same.
+    pub(super) max: Value,
 }
 
 #[derive(Deserialize)]

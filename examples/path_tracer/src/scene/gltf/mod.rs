@@ -131,6 +131,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<S
         warnings.push(format!("these material extensions are read but not shown: {names}"));
     }
     scene.images = textures.images;
+    scene.animations = animation::list(&document);
     scene.warnings = warnings.into_lines();
     Ok(scene)
 }
