@@ -1,5 +1,8 @@
 //! The command `path-tracer` as a stranger meets it: messages, exit codes, what happens to files.
 
+#[path = "command_line/sheet.rs"]
+mod sheet;
+
 use std::{
     fs,
     path::Path,
@@ -124,7 +127,7 @@ fn a_scene_is_explained_without_a_device() {
     assert!(packed.contains("3 of them say which item a lane walks"), "{packed}");
     refuses(&["explain", "cornell-box", "--json"], 2, &["--json", "info SCENE"]);
     refuses(&["explain", "cornell-box", "--schedule", "auto"], 2, &["--schedule auto", "one can be explained"]);
-    for command in ["render", "explain", "scenes", "adapters", "schedule", "schedules", "info", "compare", "completions", "man"] {
+    for command in ["render", "explain", "scenes", "adapters", "schedule", "schedules", "info", "compare", "sheet", "completions", "man"] {
         assert!(path_tracer(&[command, "--help"]).status.success(), "{command} --help");
     }
 }

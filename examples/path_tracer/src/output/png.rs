@@ -24,11 +24,32 @@ pub(super) fn write(path: &Path, picture: &Picture, options: &Options) -> Result
         (Bits::Sixteen, false) => (quantised_16(&values), ExtendedColorType::Rgb16),
         (Bits::Sixteen, true) => (quantised_16(&values), ExtendedColorType::Rgba16),
     };
-    atomic::write(path, |writer| {
-        PngEncoder::new(writer).write_image(&bytes, picture.width, picture.height, kind).map_err(io::Error::other)
-    })
-    .map_err(|e| Error::write(path, e))?;
+    encode(path, [picture.width, picture.height], &bytes, kind)?;
     Ok(picture.left_out(true, "a .png").into_iter().collect())
+}
+
+/// Writes RGB bytes as they are, row 0 at the top.
+///
+/// # Errors
+/// When they do not fill the size, or the operating system refuses.
+pub(super) fn write_bytes(path: &Path, size: [u32; 2], bytes: &[u8]) -> Result<(), Error> {
+    encode(path, size, bytes, ExtendedColorType::Rgb8)
+}
+
+/// The bytes of [`write_bytes`] that a file of the picture would have; alpha is divided out and left out.
+pub(super) fn bytes(picture: &Picture, options: &Options) -> Vec<u8> {
+    let values = displayed(picture, options);
+    let channels = if picture.alpha.is_some() { 4 } else { 3 };
+    quantised_8(&values).chunks(channels).flat_map(|pixel| pixel.iter().take(3)).copied().collect()
+}
+
+fn encode(path: &Path, [width, height]: [u32; 2], bytes: &[u8], kind: ExtendedColorType) -> Result<(), Error> {
+    // The encoder panics on bytes that do not fill the size.
+    if u64::from(width) * u64::from(height) * u64::from(kind.bits_per_pixel()) != bytes.len() as u64 * 8 {
+        return Err(Error::write(path, format_args!("{} bytes do not fill {width} x {height}", bytes.len())));
+    }
+    atomic::write(path, |writer| PngEncoder::new(writer).write_image(bytes, width, height, kind).map_err(io::Error::other))
+        .map_err(|e| Error::write(path, e))
 }
 
 /// All values of the file in order, each in 0..=1.
