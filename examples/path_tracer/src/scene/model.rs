@@ -6,6 +6,8 @@
 //! **Invariant:** every number in a [`Scene`] that passed [`Scene::validate`] is finite and every index is in range.
 //! **Invariant:** right-handed, +Y up, metres, as glTF has it. Colours are linear Rec. 709.
 
+use std::path::PathBuf;
+
 use glam::{Mat4, Vec2, Vec3, Vec4};
 
 use super::material_extensions::MaterialExtensions;
@@ -31,6 +33,8 @@ pub struct Scene {
     pub images: Vec<Image>,
     /// Point, spot and directional lights.
     pub lights: Vec<PunctualLight>,
+    /// What lights ask for by [`PunctualLight::profile`], each file once.
+    pub profiles: Vec<IesProfile>,
     /// What a ray sees that leaves the scene.
     pub environment: Option<Environment>,
     /// Everything a reader had to drop, replace or assume; one line each, names the thing.
@@ -40,10 +44,19 @@ pub struct Scene {
 impl Scene {
     /// True when something in the scene emits: an environment, a punctual light or the material of a triangle.
     pub fn has_light(&self) -> bool {
-        let emits = |triangle: &Triangle| {
-            self.materials.get(triangle.material as usize).is_some_and(|material| material.emissive.max_element() > 0.0)
-        };
-        self.environment.is_some() || !self.lights.is_empty() || self.triangles.iter().any(emits)
+        let emits: Vec<bool> = self.materials.iter().map(|material| self.emits(material)).collect();
+        let glows = |triangle: &Triangle| emits.get(triangle.material as usize) == Some(&true);
+        self.environment.is_some() || !self.lights.is_empty() || self.triangles.iter().any(glows)
+    }
+
+    /// True when surfaces of the material emit somewhere: its factor is above zero where its texture is not black.
+    pub fn emits(&self, material: &Material) -> bool {
+        let image = |texture: TextureUse| self.images.get(texture.image as usize);
+        let factor = material.emissive.to_array();
+        match material.emissive_texture.and_then(image) {
+            None => material.emissive.max_element() > 0.0,
+            Some(image) => image.texels.iter().any(|texel| factor.iter().zip(texel).any(|(&factor, &value)| factor > 0.0 && value > 0)),
+        }
     }
 
     /// Makes one object of all triangles that belong to none yet; without such triangles there is none of this name.
@@ -212,6 +225,17 @@ pub struct PunctualLight {
     pub intensity: Vec3,
     /// Metres beyond which the light does not reach, `f32::INFINITY` when unlimited.
     pub range: f32,
+    /// Into [`Scene::profiles`]: how strong the light is in which direction. Kept, and not rendered yet.
+    pub profile: Option<u32>,
+}
+
+/// A measured distribution of light over directions, in a file of the IES (LM-63). Found, and not read yet.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct IesProfile {
+    /// As the scene's file calls it.
+    pub name: String,
+    /// Where it is: in the folder of the scene's file or below.
+    pub path: PathBuf,
 }
 
 /// The shape of a [`PunctualLight`]. Falloff of spots as KHR_lights_punctual defines it.
