@@ -127,8 +127,8 @@ fn lens(camera: &Camera) -> String {
 /// How many there are of each kind.
 fn lights(scene: &Scene) -> Vec<(&'static str, usize)> {
     let count = |is: fn(&LightKind) -> bool| scene.lights.iter().filter(|light| is(&light.kind)).count();
-    let emits = |index: u32| scene.materials.get(index as usize).is_some_and(|material| material.emissive.max_element() > 0.0);
-    let glowing = scene.triangles.iter().filter(|triangle| emits(triangle.material)).count();
+    let emits: Vec<bool> = scene.materials.iter().map(|material| scene.emits(material)).collect();
+    let glowing = scene.triangles.iter().filter(|triangle| emits.get(triangle.material as usize) == Some(&true)).count();
     let kinds = [
         ("point", count(|kind| matches!(kind, LightKind::Point))),
         ("spot", count(|kind| matches!(kind, LightKind::Spot { .. }))),

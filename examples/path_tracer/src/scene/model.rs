@@ -292,3 +292,34 @@ pub enum Projection {
         half_height: f32,
     },
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Kills: a factor that counts as light although its texture is black, or black in the only channel that the factor has; a texture that
+    // hides the light of materials without one, or of materials that no triangle has.
+    #[test]
+    fn a_black_texture_emits_nothing() {
+        let usage = |image| TextureUse { image, uv_set: 0, wrap: [Wrap::Repeat; 2], linear: true, transform: [Vec3::X, Vec3::Y] };
+        let image = |texels: Vec<[u8; 4]>| Image { name: String::new(), width: texels.len() as u32, height: 1, texels };
+        let glow =
+            |emissive: Vec3, texture: Option<u32>| Material { emissive, emissive_texture: texture.map(usage), ..Material::default() };
+        let scene = |material: Material| Scene {
+            triangles: vec![Triangle { vertices: [0; 3], material: 1 }],
+            materials: vec![glow(Vec3::ONE, None), material],
+            images: vec![image(vec![[0, 0, 0, 255]; 2]), image(vec![[0; 4], [0, 1, 0, 0]])],
+            ..Scene::default()
+        };
+        for (material, is_light) in [
+            (glow(Vec3::ZERO, None), false),
+            (glow(Vec3::X, None), true),
+            (glow(Vec3::ONE, Some(0)), false),
+            (glow(Vec3::ONE, Some(1)), true),
+            (glow(Vec3::X, Some(1)), false),
+            (glow(Vec3::Y, Some(1)), true),
+        ] {
+            assert_eq!(scene(material.clone()).has_light(), is_light, "{material:?}");
+        }
+    }
+}
