@@ -222,13 +222,13 @@ mod tests {
     #[test]
     fn every_picture_has_a_cell_of_its_own() {
         let mut sheet = Sheet::new(5, [16, 8], Some(2)).unwrap();
-        assert_eq!(sheet.size(), [2 * 22 + 6, 3 * 24 + 6]);
+        assert_eq!(sheet.size(), [2 * 22 + 6, 3 * 26 + 6]);
         for index in 0..5 {
             sheet.show(index, "", &flat(16, 8, if index == 3 { 1.0 } else { 0.0 }), &Options::default());
         }
         let counted = |value: u8| sheet.texels.iter().filter(|&&texel| texel == [value; 3]).count();
         assert_eq!((counted(255), counted(0)), (16 * 8, 4 * 16 * 8));
-        assert_eq!((at(&sheet, 28, 30), at(&sheet, 43, 37), at(&sheet, 27, 30)), ([255; 3], [255; 3], [PAPER; 3]));
+        assert_eq!((at(&sheet, 28, 32), at(&sheet, 43, 39), at(&sheet, 27, 32)), ([255; 3], [255; 3], [PAPER; 3]));
     }
 
     // Kills: a sheet of one row however many pictures there are, more columns than pictures, a size that overflows.

@@ -62,9 +62,9 @@ fn a_folder_is_shown_at_a_glance() {
     assert!(cells[0]["error"].as_str().is_some_and(|why| why.contains("cut.glb")), "{said}");
 
     let picture = image::open(&out).expect("a picture").into_rgb8();
-    assert_eq!(picture.dimensions(), (4 * 30 + 6, 2 * 36 + 6));
+    assert_eq!(picture.dimensions(), (4 * 30 + 6, 2 * 38 + 6));
     let cell = |column: u32, row: u32| {
-        let pixels = (0..20).flat_map(|y| (0..24).map(move |x| (6 + 30 * column + x, 6 + 36 * row + y)));
+        let pixels = (0..20).flat_map(|y| (0..24).map(move |x| (6 + 30 * column + x, 6 + 38 * row + y)));
         pixels.map(|(x, y)| picture.get_pixel(x, y).0).collect::<Vec<_>>()
     };
     let mean = |pixels: &[[u8; 3]]| pixels.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>() / pixels.len() as f64;
