@@ -317,8 +317,14 @@ mod tests {
 
     fn lit_triangle(material: Material) -> Scene {
         let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
-        let light =
-            PunctualLight { kind: LightKind::Point, position: Vec3::Z, direction: Vec3::ZERO, intensity: Vec3::ONE, range: f32::INFINITY };
+        let light = PunctualLight {
+            kind: LightKind::Point,
+            position: Vec3::Z,
+            direction: Vec3::ZERO,
+            intensity: Vec3::ONE,
+            range: f32::INFINITY,
+            profile: None,
+        };
         Scene {
             vertices: corners.map(|position| Vertex { position, normal: Vec3::Z, color: Vec4::ONE, ..Vertex::default() }).to_vec(),
             triangles: vec![Triangle { vertices: [0, 1, 2], material: 0 }],

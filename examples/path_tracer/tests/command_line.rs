@@ -2,6 +2,8 @@
 
 #[path = "command_line/frames.rs"]
 mod frames;
+#[path = "command_line/sheet.rs"]
+mod sheet;
 #[path = "command_line/stopping.rs"]
 mod stopping;
 #[path = "command_line/transparent.rs"]
@@ -151,7 +153,7 @@ fn a_scene_is_explained_without_a_device() {
     assert!(packed.contains("3 of them say which item a lane walks"), "{packed}");
     refuses(&["explain", "cornell-box", "--json"], 2, &["--json", "info SCENE"]);
     refuses(&["explain", "cornell-box", "--schedule", "auto"], 2, &["--schedule auto", "one can be explained"]);
-    for command in ["render", "explain", "scenes", "adapters", "schedule", "schedules", "info", "compare", "completions", "man"] {
+    for command in ["render", "explain", "scenes", "adapters", "schedule", "schedules", "info", "compare", "sheet", "completions", "man"] {
         assert!(path_tracer(&[command, "--help"]).status.success(), "{command} --help");
     }
 }

@@ -2,7 +2,7 @@
 
 use path_tracer::{
     gpu_scene::{GpuScene, PackOptions},
-    scene::{Animation, Camera, LightKind, Projection, Scene, framing::frame},
+    scene::{Animation, Camera, HeightMap, LightKind, Projection, Scene, framing::frame},
 };
 use serde_json::{Value, json};
 
@@ -51,6 +51,17 @@ fn tell(scene: &Scene, parts: &[(&str, usize)]) {
     list("images", images);
     list("lights", lights(scene).into_iter().map(|(kind, count)| format!("{count} {kind}")));
     list("animations", scene.animations.iter().map(|animation| format!("'{}'{}", animation.name, span(animation))));
+    if !scene.profiles.is_empty() {
+        list("IES profiles", profiles(scene).into_iter().map(|(name, n)| format!("'{name}', {n} lights")));
+    }
+    let heights = heights(scene);
+    if !heights.is_empty() {
+        let entry = |(material, map): (&str, &HeightMap)| {
+            let scale = map.scale.map(|scale| format!(", scale {scale}")).unwrap_or_default();
+            format!("'{material}': '{}'{scale}", map.name)
+        };
+        list("height maps", heights.into_iter().map(entry));
+    }
     match &scene.environment {
         Some(environment) => say(format_args!("environment: '{}', {}x{}", environment.name, environment.width, environment.height)),
         None => say("environment: none"),
@@ -97,6 +108,11 @@ fn object(scene: &Scene, parts: &[(&str, usize)]) -> Value {
         "images": images.collect::<Vec<_>>(),
         "lights": lights(scene).into_iter().map(|(kind, count)| (kind.to_owned(), count.into())).collect::<serde_json::Map<_, _>>(),
         "animations": scene.animations.iter().map(|animation| json!({ "name": animation.name, "seconds": animation.seconds })).collect::<Vec<_>>(),
+        "ies_profiles": profiles(scene).into_iter().map(|(name, n)| json!({ "file": name, "lights": n })).collect::<Vec<_>>(),
+        "height_maps": heights(scene)
+            .into_iter()
+            .map(|(material, map)| json!({ "material": material, "file": map.name, "scale": map.scale }))
+            .collect::<Vec<_>>(),
         "environment": environment.map(|map| json!({ "name": map.name, "width": map.width, "height": map.height })),
         "device_bytes": total,
         "warnings": scene.warnings,
@@ -117,8 +133,8 @@ fn span(animation: &Animation) -> String {
 /// How many there are of each kind.
 fn lights(scene: &Scene) -> Vec<(&'static str, usize)> {
     let count = |is: fn(&LightKind) -> bool| scene.lights.iter().filter(|light| is(&light.kind)).count();
-    let emits = |index: u32| scene.materials.get(index as usize).is_some_and(|material| material.emissive.max_element() > 0.0);
-    let glowing = scene.triangles.iter().filter(|triangle| emits(triangle.material)).count();
+    let emits: Vec<bool> = scene.materials.iter().map(|material| scene.emits(material)).collect();
+    let glowing = scene.triangles.iter().filter(|triangle| emits.get(triangle.material as usize) == Some(&true)).count();
     let kinds = [
         ("point", count(|kind| matches!(kind, LightKind::Point))),
         ("spot", count(|kind| matches!(kind, LightKind::Spot { .. }))),
@@ -126,6 +142,17 @@ fn lights(scene: &Scene) -> Vec<(&'static str, usize)> {
         ("emissive triangles", glowing),
     ];
     kinds.into_iter().filter(|(_, n)| *n > 0).collect()
+}
+
+/// Names of files, and how many lights ask for each.
+fn profiles(scene: &Scene) -> Vec<(&str, usize)> {
+    let count = |index: usize| scene.lights.iter().filter(|light| light.profile.is_some_and(|profile| profile as usize == index)).count();
+    scene.profiles.iter().enumerate().map(|(index, profile)| (profile.name.as_str(), count(index))).collect()
+}
+
+/// Names of materials, and what they ask for.
+fn heights(scene: &Scene) -> Vec<(&str, &HeightMap)> {
+    scene.materials.iter().filter_map(|material| Some((material.name.as_str(), material.extensions.height_map.as_ref()?))).collect()
 }
 
 fn size(bytes: usize) -> String {

@@ -15,6 +15,7 @@ mod scenes;
 mod schedule;
 mod schedules;
 mod session;
+mod sheet;
 mod stop;
 mod value;
 mod view;
@@ -36,10 +37,11 @@ Try first:
   path-tracer info scene.glb                         what is in a file of yours
   path-tracer render scene.glb --env sky.hdr --samples 256 --out picture.exr
   path-tracer render scene.glb --frames 1..48 --out frame_####.png
+  path-tracer sheet folder --out sheet.png           all scenes of a folder at a glance
   path-tracer compare picture.exr reference.exr      how far two pictures are apart
   path-tracer render --help                          everything that can be chosen
 
-Exit codes: 0 done, 1 it could not be done or a check failed, 2 wrong usage, 130 stopped by Ctrl-C.
+Exit codes: 0 done, 1 it could not be done or a check failed, 2 wrong usage, 130 stopped by Ctrl-C; of `sheet` how many failed.
 NO_COLOR=1 turns colours off. `path-tracer completions bash` and `path-tracer man render` print what
 shells and man read.";
 
@@ -65,6 +67,8 @@ enum Command {
     Adapters(adapters::Arguments),
     /// Show what a scene needs: stages, the table of leaves and stages, the plan of a step.
     Explain(Box<explain::Arguments>),
+    /// Show many scenes small in one picture: a folder at a glance.
+    Sheet(sheet::Arguments),
     /// Write a scene for another renderer.
     Export(Box<export::Arguments>),
     /// Draw what schedules do with a scene: blocks across, steps down, every tile in its colour.
@@ -77,6 +81,9 @@ enum Command {
     Man(manual::ManArguments),
 }
 
+/// The largest exit code that counts; above are those of shells and signals.
+const MOST_COUNTED: u8 = 100;
+
 /// Why a command failed.
 #[derive(Debug)]
 pub(crate) enum Failure {
@@ -84,6 +91,13 @@ pub(crate) enum Failure {
     Usage(String),
     /// It was understood, but could not be done.
     Runtime(String),
+    /// It was done but for some of many; the exit code says for how many.
+    Counted {
+        /// For people.
+        what: String,
+        /// Above zero.
+        n: usize,
+    },
     /// Somebody pressed Ctrl-C.
     Stopped(String),
 }
@@ -93,6 +107,7 @@ impl Failure {
         match self {
             Failure::Usage(_) => 2,
             Failure::Runtime(_) => 1,
+            Failure::Counted { n, .. } => u8::try_from(*n).unwrap_or(MOST_COUNTED).min(MOST_COUNTED),
             Failure::Stopped(_) => stop::EXIT_CODE,
         }
     }
@@ -111,7 +126,9 @@ impl Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Failure::Usage(text) | Failure::Runtime(text) | Failure::Stopped(text) => f.write_str(text),
+            Failure::Usage(text) | Failure::Runtime(text) | Failure::Counted { what: text, .. } | Failure::Stopped(text) => {
+                f.write_str(text)
+            }
         }
     }
 }
@@ -144,6 +161,7 @@ pub(crate) fn run() -> Result<(), Failure> {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Adapters(arguments) => adapters::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
+        Command::Sheet(arguments) => sheet::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Schedule(arguments) => schedule::run(&arguments),
         Command::Schedules => schedules::run(),

@@ -27,7 +27,7 @@ pub(crate) struct PictureArguments {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum ToneMapName {
+pub(crate) enum ToneMapName {
     /// Clip.
     None,
     /// AgX without a look, as in Blender 4.
@@ -44,6 +44,16 @@ enum BitsName {
     Sixteen,
 }
 
+impl From<ToneMapName> for ToneMap {
+    fn from(name: ToneMapName) -> ToneMap {
+        match name {
+            ToneMapName::None => ToneMap::None,
+            ToneMapName::Agx => ToneMap::Agx,
+            ToneMapName::Aces => ToneMap::Aces,
+        }
+    }
+}
+
 impl PictureArguments {
     pub(crate) fn options(&self) -> Options {
         Options {
@@ -52,11 +62,7 @@ impl PictureArguments {
                 BitsName::Sixteen => Bits::Sixteen,
             },
             exposure: self.exposure,
-            tone_map: match self.tone_map {
-                ToneMapName::None => ToneMap::None,
-                ToneMapName::Agx => ToneMap::Agx,
-                ToneMapName::Aces => ToneMap::Aces,
-            },
+            tone_map: self.tone_map.into(),
             half: self.half,
         }
     }

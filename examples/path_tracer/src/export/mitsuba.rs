@@ -404,7 +404,14 @@ mod tests {
             |scene| {
                 for kind in [LightKind::Point, LightKind::Directional, LightKind::Spot { inner: 0.1, outer: 0.2 }] {
                     let (position, intensity) = (Vec3::new(1.0, 2.0, 3.0), Vec3::splat(4.0));
-                    scene.lights.push(PunctualLight { kind, position, direction: -Vec3::Y, intensity, range: f32::INFINITY });
+                    scene.lights.push(PunctualLight {
+                        kind,
+                        position,
+                        direction: -Vec3::Y,
+                        intensity,
+                        range: f32::INFINITY,
+                        profile: None,
+                    });
                 }
                 scene.environment = Some(crate::scene::Environment::plain_sky());
             },

@@ -1,6 +1,8 @@
 //! The bounding volume hierarchy over the packed triangles.
 //!
-//! Key decision: `obvhs` builds it; the triangles are put in the order of its leaves so that a leaf is a range. [`nodes`](super::nodes) packs it. The depth is measured here and becomes the size of the kernel's stack.
+//! Key decision: `obvhs` builds it; the triangles are put in the order of its leaves so that a leaf is a range. [`nodes`](super::nodes) packs
+//! it. The depth is measured here and becomes the size of the kernel's stack. Where many triangles lie in one place, a tree by surface areas
+//! degenerates into a list; then the triangles are halved by their places instead, which is slower to walk and never deep.
 //!
 //! **Invariant:** a walk that pushes one child per inner node never holds more than [`Hierarchy::depth`] entries.
 
@@ -36,7 +38,7 @@ impl Hierarchy {
     /// Over triangles given by their corners.
     ///
     /// # Errors
-    /// When there are more nodes than an index holds or the tree is too deep for the stack.
+    /// When there are more nodes than an index holds, or the tree is too deep for the stack.
     pub fn build(corners: &[[Vec3; 3]]) -> Result<Hierarchy, Error> {
         if corners.is_empty() {
             return Ok(Hierarchy { root: NONE, ..Hierarchy::default() });
@@ -48,13 +50,50 @@ impl Hierarchy {
             corners.iter().map(|[a, b, c]| Triangle { v0: (*a).into(), v1: (*b).into(), v2: (*c).into() }).collect();
         let parameters = BvhBuildParams { max_prims_per_leaf: LEAF_LIMIT, ..BvhBuildParams::medium_build() };
         let built = build_bvh2_from_tris(&triangles, parameters, &mut std::time::Duration::default());
-        let root = built.nodes.first().map_or(NONE, word);
-        let depth = depth(&built.nodes);
+        let (mut nodes, mut order) = (built.nodes, built.primitive_indices);
+        if depth(&nodes) > STACK_LIMIT {
+            (nodes, order) = halved(corners);
+        }
+        let root = nodes.first().map_or(NONE, word);
+        let depth = depth(&nodes);
         if depth > STACK_LIMIT {
             return Err(Error::TooDeep { depth, limit: STACK_LIMIT });
         }
-        Ok(Hierarchy { nodes: built.nodes, order: built.primitive_indices, root, depth })
+        Ok(Hierarchy { nodes, order, root, depth })
     }
+}
+
+/// A tree whose inner nodes have half of their triangles on each side, along the longest axis of their middles; of 2^28 triangles it is 28
+/// deep, wherever they lie.
+fn halved(corners: &[[Vec3; 3]]) -> (Vec<Bvh2Node>, Vec<u32>) {
+    // Halves before the sum, because corners may lie at the end of the number range.
+    let middle = |triangle: u32| {
+        let [a, b, c] = corners[triangle as usize];
+        0.5 * a.min(b).min(c) + 0.5 * a.max(b).max(c)
+    };
+    let mut order: Vec<u32> = (0..corners.len() as u32).collect();
+    let mut nodes = vec![Bvh2Node::default()];
+    let mut open = vec![(0usize, 0usize, corners.len())];
+    while let Some((node, begin, end)) = open.pop() {
+        let part = &mut order[begin..end];
+        let around = |(min, max): (Vec3, Vec3), point: Vec3| (min.min(point), max.max(point));
+        let nothing = (Vec3::MAX, Vec3::MIN);
+        let (min, max) = part.iter().flat_map(|&triangle| corners[triangle as usize]).fold(nothing, around);
+        let (first_index, prim_count) = if part.len() <= LEAF_LIMIT as usize {
+            (begin, part.len())
+        } else {
+            let (low, high) = part.iter().map(|&triangle| middle(triangle)).fold(nothing, around);
+            let axis = (0.5 * high - 0.5 * low).max_position();
+            let half = part.len() / 2;
+            part.select_nth_unstable_by(half, |&a, &b| middle(a)[axis].total_cmp(&middle(b)[axis]).then(a.cmp(&b)));
+            let children = nodes.len();
+            nodes.extend([Bvh2Node::default(); 2]);
+            open.extend([(children, begin, begin + half), (children + 1, begin + half, end)]);
+            (children, 0)
+        };
+        nodes[node] = Bvh2Node { min, max, prim_count: prim_count as u32, first_index: first_index as u32 };
+    }
+    (nodes, order)
 }
 
 /// Inner nodes on the longest way from the root.
@@ -96,6 +135,34 @@ mod tests {
             }
             assert!(seen.iter().all(|&times| times == 1), "{count}: {seen:?}");
             assert_eq!(walk_height(&hierarchy), hierarchy.depth);
+        }
+    }
+
+    // Kills: a scene that is refused because many of its triangles lie in one place; boxes that do not hold what is below them, halves that
+    // lose or repeat a triangle, a root that is taken for a leaf.
+    #[test]
+    fn triangles_in_one_place_are_halved() {
+        for count in [500, 3000] {
+            let mut corners = vec![[Vec3::ZERO, Vec3::X, Vec3::Y]; count];
+            corners.extend(row_of_triangles(20));
+            let hierarchy = Hierarchy::build(&corners).expect("halved");
+            assert!(hierarchy.depth <= STACK_LIMIT, "{}", hierarchy.depth);
+            let (nodes, mut order) = halved(&corners);
+            assert!(depth(&nodes) <= 10 && (nodes[0].prim_count, nodes[0].first_index) == (0, 1));
+            for node in &nodes {
+                let holds = |min: Vec3, max: Vec3| node.min.cmple(min).all() && node.max.cmpge(max).all();
+                let first = node.first_index as usize;
+                match node.prim_count as usize {
+                    0 => assert!(nodes[first..first + 2].iter().all(|child| holds(child.min, child.max))),
+                    n => {
+                        assert!(n <= LEAF_LIMIT as usize);
+                        let inside = order[first..first + n].iter().flat_map(|&triangle| corners[triangle as usize]);
+                        inside.for_each(|corner| assert!(holds(corner, corner)));
+                    }
+                }
+            }
+            order.sort_unstable();
+            assert!(order.iter().copied().eq(0..corners.len() as u32));
         }
     }
 

@@ -161,7 +161,7 @@ mod tests {
 
     fn point(intensity: f32) -> PunctualLight {
         let intensity = Vec3::splat(intensity);
-        PunctualLight { kind: LightKind::Point, position: Vec3::X, direction: Vec3::ZERO, intensity, range: f32::INFINITY }
+        PunctualLight { kind: LightKind::Point, position: Vec3::X, direction: Vec3::ZERO, intensity, range: f32::INFINITY, profile: None }
     }
 
     // Kills: a dim light with probability zero, a black light in the table, probabilities that are not the table's.

@@ -1,5 +1,5 @@
 //! Pictures to files: PNG for looking, EXR with layers and facts for grading and measuring, PFM and NumPy arrays for scripts; texts for
-//! reading; drawings of schedules.
+//! reading; drawings of schedules; contact sheets.
 //!
 //! Key decision: a file appears complete or not at all. It is written next to its final place and renamed there, so a failure leaves an
 //! older picture untouched.
@@ -9,11 +9,13 @@ pub mod difference;
 pub mod drawing;
 mod exr;
 pub mod flip;
+mod font;
 mod npy;
 mod pfm;
 mod picture;
 mod png;
 mod read;
+pub mod sheet;
 pub mod tev;
 pub mod text;
 mod tone_map;

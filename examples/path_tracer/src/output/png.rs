@@ -25,19 +25,44 @@ pub(super) fn write(path: &Path, picture: &Picture, options: &Options) -> Result
         Bits::Eight => (quantised_8(&values), BitDepth::Eight),
         Bits::Sixteen => (quantised_16(&values), BitDepth::Sixteen),
     };
-    atomic::write(path, |writer| encode(writer, picture, &bytes, depth).map_err(io::Error::other)).map_err(|e| Error::write(path, e))?;
+    let form = Form { size: [picture.width, picture.height], color: if picture.alpha.is_some() { ColorType::Rgba } else { ColorType::Rgb }, depth };
+    let texts = texts(&picture.facts);
+    atomic::write(path, |writer| encode(writer, &form, &texts, &bytes).map_err(io::Error::other)).map_err(|e| Error::write(path, e))?;
     Ok(picture.left_out(true, "a .png").into_iter().collect())
 }
 
+/// Writes RGB bytes as they are, row 0 at the top.
+///
+/// # Errors
+/// When they do not fill the size, or the operating system refuses.
+pub(super) fn write_bytes(path: &Path, size: [u32; 2], bytes: &[u8]) -> Result<(), Error> {
+    let form = Form { size, color: ColorType::Rgb, depth: BitDepth::Eight };
+    atomic::write(path, |writer| encode(writer, &form, &[], bytes).map_err(io::Error::other)).map_err(|e| Error::write(path, e))
+}
+
+/// The bytes of [`write_bytes`] that a file of the picture would have; alpha is divided out and left out.
+pub(super) fn bytes(picture: &Picture, options: &Options) -> Vec<u8> {
+    let values = displayed(picture, options);
+    let channels = if picture.alpha.is_some() { 4 } else { 3 };
+    quantised_8(&values).chunks(channels).flat_map(|pixel| pixel.iter().take(3)).copied().collect()
+}
+
+/// What the header says.
+struct Form {
+    size: [u32; 2],
+    color: ColorType,
+    depth: BitDepth,
+}
+
 /// Header, texts and pixels; with the packing that the crate `image` has by default.
-fn encode(writer: &mut impl io::Write, picture: &Picture, bytes: &[u8], depth: BitDepth) -> Result<(), EncodingError> {
-    let mut encoder = Encoder::new(writer, picture.width, picture.height);
-    encoder.set_color(if picture.alpha.is_some() { ColorType::Rgba } else { ColorType::Rgb });
-    encoder.set_depth(depth);
+fn encode(writer: &mut impl io::Write, form: &Form, texts: &[(String, String)], bytes: &[u8]) -> Result<(), EncodingError> {
+    let mut encoder = Encoder::new(writer, form.size[0], form.size[1]);
+    encoder.set_color(form.color);
+    encoder.set_depth(form.depth);
     encoder.set_compression(Compression::Fast);
     encoder.set_filter(Filter::Adaptive);
     let mut writer = encoder.write_header()?;
-    for (name, value) in texts(&picture.facts) {
+    for (name, value) in texts {
         // The older kind of text is read by more programs and holds Latin-1, the newer one UTF-8.
         if value.is_ascii() {
             writer.write_text_chunk(&TEXtChunk::new(name, value))?;

@@ -6,6 +6,8 @@
 //!
 //! Source: the Khronos registry, `extensions/2.0/Khronos/KHR_materials_*`.
 
+use std::path::PathBuf;
+
 use glam::Vec3;
 
 use super::model::TextureUse;
@@ -31,6 +33,8 @@ pub struct MaterialExtensions {
     pub iridescence: Option<Iridescence>,
     /// KHR_materials_diffuse_transmission.
     pub diffuse_transmission: Option<DiffuseTransmission>,
+    /// The custom properties `height_map` and `height_scale`, which are no extension.
+    pub height_map: Option<HeightMap>,
 }
 
 /// The inside of a solid.
@@ -130,6 +134,17 @@ pub struct DiffuseTransmission {
     pub color_texture: Option<TextureUse>,
 }
 
+/// A picture of how far a surface stands out. Found, and neither read nor rendered yet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeightMap {
+    /// As the scene's file calls it.
+    pub name: String,
+    /// Where it is: in the folder of the scene's file or below.
+    pub path: PathBuf,
+    /// As the scene's file has it.
+    pub scale: Option<f32>,
+}
+
 impl MaterialExtensions {
     /// All textures of all records.
     pub fn textures(&self) -> impl Iterator<Item = &TextureUse> {
@@ -163,6 +178,7 @@ impl MaterialExtensions {
             && self.dispersion.iter().all(|x| x.is_finite())
             && self.iridescence.iter().all(iridescence)
             && self.diffuse_transmission.iter().all(diffuse)
+            && self.height_map.iter().all(|map| map.scale.is_none_or(f32::is_finite))
     }
 
     /// The specification names of the records that would change the picture if they were shown: those with other values than the neutral

@@ -6,6 +6,8 @@
 //! **Invariant:** every number in a [`Scene`] that passed [`Scene::validate`] is finite and every index is in range.
 //! **Invariant:** right-handed, +Y up, metres, as glTF has it. Colours are linear Rec. 709.
 
+use std::path::PathBuf;
+
 use glam::{Mat4, Vec2, Vec3, Vec4};
 
 use super::material_extensions::MaterialExtensions;
@@ -31,6 +33,8 @@ pub struct Scene {
     pub images: Vec<Image>,
     /// Point, spot and directional lights.
     pub lights: Vec<PunctualLight>,
+    /// What lights ask for by [`PunctualLight::profile`], each file once.
+    pub profiles: Vec<IesProfile>,
     /// What a ray sees that leaves the scene.
     pub environment: Option<Environment>,
     /// What the file can show over time, whether it is shown or not.
@@ -42,10 +46,19 @@ pub struct Scene {
 impl Scene {
     /// True when something in the scene emits: an environment, a punctual light or the material of a triangle.
     pub fn has_light(&self) -> bool {
-        let emits = |triangle: &Triangle| {
-            self.materials.get(triangle.material as usize).is_some_and(|material| material.emissive.max_element() > 0.0)
-        };
-        self.environment.is_some() || !self.lights.is_empty() || self.triangles.iter().any(emits)
+        let emits: Vec<bool> = self.materials.iter().map(|material| self.emits(material)).collect();
+        let glows = |triangle: &Triangle| emits.get(triangle.material as usize) == Some(&true);
+        self.environment.is_some() || !self.lights.is_empty() || self.triangles.iter().any(glows)
+    }
+
+    /// True when surfaces of the material emit somewhere: its factor is above zero where its texture is not black.
+    pub fn emits(&self, material: &Material) -> bool {
+        let image = |texture: TextureUse| self.images.get(texture.image as usize);
+        let factor = material.emissive.to_array();
+        match material.emissive_texture.and_then(image) {
+            None => material.emissive.max_element() > 0.0,
+            Some(image) => image.texels.iter().any(|texel| factor.iter().zip(texel).any(|(&factor, &value)| factor > 0.0 && value > 0)),
+        }
     }
 
     /// Makes one object of all triangles that belong to none yet; without such triangles there is none of this name.
@@ -214,6 +227,17 @@ pub struct PunctualLight {
     pub intensity: Vec3,
     /// Metres beyond which the light does not reach, `f32::INFINITY` when unlimited.
     pub range: f32,
+    /// Into [`Scene::profiles`]: how strong the light is in which direction. Kept, and not rendered yet.
+    pub profile: Option<u32>,
+}
+
+/// A measured distribution of light over directions, in a file of the IES (LM-63). Found, and not read yet.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct IesProfile {
+    /// As the scene's file calls it.
+    pub name: String,
+    /// Where it is: in the folder of the scene's file or below.
+    pub path: PathBuf,
 }
 
 /// The shape of a [`PunctualLight`]. Falloff of spots as KHR_lights_punctual defines it.
@@ -278,4 +302,35 @@ pub enum Projection {
         /// Half of the visible height in metres.
         half_height: f32,
     },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Kills: a factor that counts as light although its texture is black, or black in the only channel that the factor has; a texture that
+    // hides the light of materials without one, or of materials that no triangle has.
+    #[test]
+    fn a_black_texture_emits_nothing() {
+        let usage = |image| TextureUse { image, uv_set: 0, wrap: [Wrap::Repeat; 2], linear: true, transform: [Vec3::X, Vec3::Y] };
+        let image = |texels: Vec<[u8; 4]>| Image { name: String::new(), width: texels.len() as u32, height: 1, texels };
+        let glow =
+            |emissive: Vec3, texture: Option<u32>| Material { emissive, emissive_texture: texture.map(usage), ..Material::default() };
+        let scene = |material: Material| Scene {
+            triangles: vec![Triangle { vertices: [0; 3], material: 1 }],
+            materials: vec![glow(Vec3::ONE, None), material],
+            images: vec![image(vec![[0, 0, 0, 255]; 2]), image(vec![[0; 4], [0, 1, 0, 0]])],
+            ..Scene::default()
+        };
+        for (material, is_light) in [
+            (glow(Vec3::ZERO, None), false),
+            (glow(Vec3::X, None), true),
+            (glow(Vec3::ONE, Some(0)), false),
+            (glow(Vec3::ONE, Some(1)), true),
+            (glow(Vec3::X, Some(1)), false),
+            (glow(Vec3::Y, Some(1)), true),
+        ] {
+            assert_eq!(scene(material.clone()).has_light(), is_light, "{material:?}");
+        }
+    }
 }

@@ -58,6 +58,9 @@ impl Scene {
         }
         for (index, light) in self.lights.iter().enumerate() {
             check_light(light).map_err(|what| Fault::invalid(format_args!("light {index}"), what))?;
+            if let Some(profile) = light.profile.filter(|&profile| profile as usize >= self.profiles.len()) {
+                return Err(Fault::invalid(format_args!("light {index}"), format_args!("profile {profile} does not exist")));
+            }
         }
         for camera in &self.cameras {
             check_camera(camera).map_err(|what| Fault::invalid(format_args!("camera '{}'", camera.name), what))?;

@@ -83,6 +83,30 @@ fn of_scenes() -> Vec<Mistake> {
             gltf("data:application/octet-stream;base64,", "../"),
             &["buffer 0", "leads out of the folder"],
         ),
+        (
+            "a profile that is not there",
+            "a.gltf",
+            gltf(r#""type":"spot""#, r#""type":"spot","extras":{"ies":"lamps/gone.ies"}"#),
+            &["node 3", "extras of light 0", "ies 'lamps/gone.ies'", "No such file"],
+        ),
+        (
+            "a profile outside of the folder",
+            "a.gltf",
+            gltf(r#""type":"spot""#, r#""type":"spot","extras":{"ies":"//../lamp.ies"}"#),
+            &["ies '//../lamp.ies'", "leads out of the folder"],
+        ),
+        (
+            "a height map that is no name",
+            "a.gltf",
+            gltf(r#""name":"m""#, r#""name":"m","extras":{"height_map":true}"#),
+            &["extras of material 0", "height_map true", "the path of a file as text"],
+        ),
+        (
+            "a scale in words",
+            "a.gltf",
+            gltf(r#""name":"m""#, r#""name":"m","extras":{"height_map":"a.gltf","height_scale":"2 cm"}"#),
+            &["extras of material 0", "height_scale", "'2 cm' is no finite number"],
+        ),
         ("another file with this ending", "a.glb", b"\x89PNG\r\n\x1a\n".to_vec(), &["JSON"]),
         ("a container of another version", "a.glb", glb_with(4, 1), &["container version 1 is not supported"]),
         (

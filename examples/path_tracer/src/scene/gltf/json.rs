@@ -11,6 +11,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
+use super::extras::Extras;
 use crate::error::Fault;
 
 /// Raw extensions by name.
@@ -62,6 +63,7 @@ pub(super) struct Asset {
 pub(super) struct SceneList {
     pub(super) name: Option<String>,
     pub(super) nodes: Vec<usize>,
+    pub(super) extras: Extras,
 }
 
 #[derive(Default, Deserialize)]
@@ -78,6 +80,7 @@ pub(super) struct Node {
     pub(super) skin: Option<usize>,
     pub(super) weights: Vec<f32>,
     pub(super) extensions: Extensions,
+    pub(super) extras: Extras,
 }
 
 #[derive(Default, Deserialize)]
@@ -85,6 +88,7 @@ pub(super) struct Node {
 pub(super) struct Mesh {
     pub(super) primitives: Vec<Primitive>,
     pub(super) weights: Vec<f32>,
+    pub(super) extras: Extras,
 }
 
 #[derive(Default, Deserialize)]
@@ -162,6 +166,7 @@ pub(super) struct Material {
     pub(super) alpha_cutoff: Option<f32>,
     pub(super) double_sided: bool,
     pub(super) extensions: Extensions,
+    pub(super) extras: Extras,
 }
 
 #[derive(Default, Deserialize)]
@@ -252,6 +257,7 @@ pub(super) struct Light {
     pub(super) intensity: Option<f32>,
     pub(super) range: Option<f32>,
     pub(super) spot: Spot,
+    pub(super) extras: Extras,
 }
 
 #[derive(Default, Deserialize)]

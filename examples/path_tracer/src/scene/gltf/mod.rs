@@ -6,7 +6,8 @@
 //! The steps, one module each: `container` and `json` (what the text says), `uri`, `buffers` and `meshopt` (where bytes
 //! are), `animation` (the pose),
 //! `nodes` (what is shown where), `accessor`, `topology`, `mesh`, `morph` and `tangents` (shapes), `texture`, `material`, `layers`,
-//! `specular_glossiness` and `variants` (looks), `punctual` (lights and cameras), `skin`, `instancing` and `bake` (into the world).
+//! `specular_glossiness` and `variants` (looks), `punctual` (lights and cameras), `extras` (custom properties), `skin`, `instancing` and
+//! `bake` (into the world).
 
 mod accessor;
 mod animation;
@@ -14,6 +15,7 @@ mod bake;
 mod buffers;
 mod container;
 mod extensions;
+mod extras;
 mod instancing;
 mod json;
 mod layers;
@@ -41,13 +43,14 @@ use self::accessor::Accessors;
 use self::animation::Pose;
 use self::bake::Transforms;
 use self::buffers::Buffers;
+use self::extras::{Carrier, CustomProperties};
 use self::json::{Document, LightUse, Lights, Node, extension};
 use self::mesh::{Budget, MaterialUse, Primitive};
 use self::nodes::{Graph, Placed};
 use self::skin::Skin;
 use self::texture::Textures;
 use super::LoadOptions;
-use super::model::{Material, Scene};
+use super::model::{Material, PunctualLight, Scene};
 use crate::error::{Fault, one_line};
 
 /// What was dropped, replaced or assumed; each thing is said once.
@@ -99,6 +102,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<S
     let variant = variants::choose(&document, options.variant.as_deref(), &mut warnings)?;
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let scene_name = document.scenes.get(document.scene.unwrap_or(0)).and_then(|scene| scene.name.clone());
+    let lights = extension::<Lights>(&document.extensions, "KHR_lights_punctual")?.unwrap_or_default();
     let mut reader = Reader {
         document: &document,
         accessors,
@@ -107,7 +111,8 @@ pub(super) fn read(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<S
         skins: HashMap::new(),
         variant,
         textures: Textures { document: &document, buffers: &buffers, scene: path, images: Vec::new(), known: HashMap::new(), n_texels: 0 },
-        lights: extension::<Lights>(&document.extensions, "KHR_lights_punctual")?.unwrap_or_default(),
+        lights: &lights,
+        properties: CustomProperties::new(&document, &lights.lights, path, &graph.placed),
         materials: HashMap::new(),
         meshes: Vec::new(),
         known_meshes: HashMap::new(),
@@ -124,11 +129,19 @@ pub(super) fn read(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<S
     for (placed, shape) in graph.placed.iter().zip(shapes) {
         reader.show(placed, shape).map_err(|fault| reader.explain(fault, placed))?;
     }
-    let Reader { mut scene, textures, mut warnings, .. } = reader;
+    let Reader { mut scene, textures, properties, mut warnings, .. } = reader;
+    properties.tell_unused(&graph.placed, &mut warnings);
+    scene.profiles = properties.profiles;
     let unseen: BTreeSet<&str> = scene.materials.iter().flat_map(|material| material.extensions.effective()).collect();
     if !unseen.is_empty() {
         let names = unseen.into_iter().collect::<Vec<_>>().join(", ");
         warnings.push(format!("these material extensions are read but not shown: {names}"));
+    }
+    let has_heights = scene.materials.iter().any(|material| material.extensions.height_map.is_some());
+    let unrendered = [(!scene.profiles.is_empty(), "IES profiles"), (has_heights, "height maps")];
+    let unrendered: Vec<&str> = unrendered.into_iter().filter_map(|(is_there, what)| is_there.then_some(what)).collect();
+    if !unrendered.is_empty() {
+        warnings.push(format!("{} are read but not rendered yet", unrendered.join(" and ")));
     }
     scene.images = textures.images;
     scene.animations = animation::list(&document);
@@ -144,11 +157,13 @@ struct Reader<'a> {
     skins: HashMap<usize, Skin>,
     variant: Option<usize>,
     textures: Textures<'a>,
-    lights: Lights,
-    materials: HashMap<Option<usize>, MaterialUse>,
+    lights: &'a Lights,
+    properties: CustomProperties<'a>,
+    /// By number, and by what around it gives it a height map.
+    materials: HashMap<(Option<usize>, Option<Carrier>), MaterialUse>,
     meshes: Vec<Shape>,
-    /// A mesh and the bits of its morph weights: equal ones are read once.
-    known_meshes: HashMap<(usize, Vec<u32>), usize>,
+    /// A mesh, the bits of its morph weights, and what gives it a height map: equal ones are read once.
+    known_meshes: HashMap<(usize, Vec<u32>, Option<Carrier>), usize>,
     read_budget: Budget,
     bake_budget: Budget,
     scene: Scene,
@@ -168,7 +183,7 @@ impl Reader<'_> {
         let node = &self.document.nodes[placed.node];
         let Some(mesh) = node.mesh else { return Ok(None) };
         let weights = morph::weights(self.document, placed.node, mesh, self.pose, &mut self.warnings)?;
-        let shape = self.read_mesh(mesh, &weights)?;
+        let shape = self.read_mesh(mesh, &weights, self.properties.height_carrier(mesh, placed.node))?;
         let n_copies = match node.skin {
             Some(_) => 1,
             None => instancing::count(node, &self.accessors)?.unwrap_or(1),
@@ -194,7 +209,8 @@ impl Reader<'_> {
             let place = format!("light {light}");
             let source = self.lights.lights.get(light).ok_or_else(|| Fault::invalid(&place, "it does not exist"))?;
             let made = punctual::light(source, &place, placed.world_from_node, &mut self.warnings).map_err(|f| f.within(&place))?;
-            self.scene.lights.push(made);
+            let profile = self.properties.profile(light, placed.node)?;
+            self.scene.lights.push(PunctualLight { profile, ..made });
         }
         Ok(())
     }
@@ -246,9 +262,9 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The place of a mesh in `meshes`, read at its first use with these weights.
-    fn read_mesh(&mut self, index: usize, weights: &[f32]) -> Result<usize, Fault> {
-        let key = (index, weights.iter().map(|weight| weight.to_bits()).collect());
+    /// The place of a mesh in `meshes`, read at its first use with these weights and with this around it.
+    fn read_mesh(&mut self, index: usize, weights: &[f32], heights: Option<Carrier>) -> Result<usize, Fault> {
+        let key = (index, weights.iter().map(|weight| weight.to_bits()).collect(), heights);
         if let Some(&known) = self.known_meshes.get(&key) {
             return Ok(known);
         }
@@ -258,7 +274,7 @@ impl Reader<'_> {
         for (number, primitive) in mesh.primitives.iter().enumerate() {
             let place = format!("mesh {index}, primitive {number}");
             let material = variants::material(primitive, self.variant).map_err(|f| f.within(&place))?;
-            let material = self.material(material).map_err(|f| f.within(&place))?;
+            let material = self.material(material, heights).map_err(|f| f.within(&place))?;
             let (accessors, budget) = (&self.accessors, &mut self.read_budget);
             let read = mesh::read(primitive, material, weights, accessors, budget, &place, &mut self.warnings);
             made.extend(read.map_err(|f| f.within(&place))?.map(|primitive| (number, primitive)));
@@ -269,12 +285,12 @@ impl Reader<'_> {
     }
 
     /// The scene's material for a primitive, read at its first use.
-    fn material(&mut self, index: Option<usize>) -> Result<MaterialUse, Fault> {
-        let vacant = match self.materials.entry(index) {
+    fn material(&mut self, index: Option<usize>, heights: Option<Carrier>) -> Result<MaterialUse, Fault> {
+        let vacant = match self.materials.entry((index, heights)) {
             Entry::Occupied(known) => return Ok(*known.get()),
             Entry::Vacant(vacant) => vacant,
         };
-        let material: Material = match index {
+        let mut material: Material = match index {
             None => material::fallback(),
             Some(index) => {
                 let place = format!("material {index}");
@@ -282,6 +298,7 @@ impl Reader<'_> {
                 material::read(source, &place, &mut self.textures, &mut self.warnings).map_err(|f| f.within(&place))?
             }
         };
+        material.extensions.height_map = self.properties.height_map(index, heights)?;
         let made = MaterialUse {
             index: u32::try_from(self.scene.materials.len()).unwrap_or(u32::MAX),
             tangent_uv_set: material::tangent_uv_set(&material),

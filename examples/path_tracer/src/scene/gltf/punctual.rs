@@ -71,6 +71,7 @@ pub(super) fn light(light: &json::Light, place: &str, world_from_node: DMat4, wa
         direction: -frame(world_from_node).z_axis.as_vec3(),
         intensity: intensity.max(Vec3::ZERO),
         range,
+        profile: None,
     })
 }
 
@@ -94,7 +95,14 @@ mod tests {
     #[test]
     fn a_spot_is_read_in_full() {
         let spot = json::Spot { inner_cone_angle: Some(0.5), outer_cone_angle: Some(0.5) };
-        let source = json::Light { kind: String::from("spot"), color: Some([1.0, 0.5, 0.0]), intensity: Some(8.0), range: None, spot };
+        let source = json::Light {
+            kind: String::from("spot"),
+            color: Some([1.0, 0.5, 0.0]),
+            intensity: Some(8.0),
+            range: None,
+            spot,
+            extras: Default::default(),
+        };
         let mut warnings = Warnings::default();
         let made = light(&source, "light 0", DMat4::from_translation(DVec3::X), &mut warnings).unwrap();
         assert_eq!((made.position, made.direction, made.intensity), (Vec3::X, Vec3::NEG_Z, Vec3::new(8.0, 4.0, 0.0)));

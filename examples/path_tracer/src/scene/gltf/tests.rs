@@ -4,6 +4,7 @@ mod compressed;
 mod copies;
 mod pictures;
 mod poses;
+mod properties;
 
 use std::path::Path;
 

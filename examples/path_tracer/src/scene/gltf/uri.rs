@@ -20,14 +20,23 @@ pub(super) fn resolve(uri: &str, scene: &Path) -> Result<Vec<u8>, Fault> {
 
 /// Reads the file that `relative` names in the folder of the scene's own file, or says why not.
 pub(in crate::scene) fn beside(relative: &str, scene: &Path) -> Result<Vec<u8>, String> {
-    let folder = match scene.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
-    };
-    limits::read_file(&inside(folder, relative)?).map_err(|e| match e {
+    limits::read_file(&inside(folder(scene), relative)?).map_err(|e| match e {
         crate::error::Error::Read { reason, .. } => reason,
         other => other.to_string(),
     })
+}
+
+/// The file that [`beside`] would read, which exists, or why not.
+pub(super) fn find_beside(relative: &str, scene: &Path) -> Result<PathBuf, String> {
+    let path = inside(folder(scene), relative)?;
+    if path.is_file() { Ok(path) } else { Err(String::from("this is not a file")) }
+}
+
+fn folder(scene: &Path) -> &Path {
+    match scene.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    }
 }
 
 /// The path in the folder that `relative` names, or why it may not be read.
