@@ -18,7 +18,7 @@ import numpy as np
 
 mi.set_variant("llvm_ad_rgb")
 import drjit as dr  # noqa: E402
-import wavepool_bsdf  # noqa: E402, F401
+import wavepool_bsdf  # noqa: E402
 from path_tracer_call import export, picture_of, render  # noqa: E402
 from scenes import SPEED, chosen_scenes, known_scenes  # noqa: E402
 from statistics_of_tiles import judge, table_head  # noqa: E402
@@ -107,6 +107,7 @@ def main():
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("scenes", nargs="*")
     arguments = parser.parse_intermixed_args()
+    wavepool_bsdf.register()
     peers = Peers(arguments)
     print(f"mitsuba {mi.__version__}, {mi.variant()}\n")
     print(table_head())

@@ -126,4 +126,5 @@ class Model(mi.BSDF):
         return "wavepool[]"
 
 
-mi.register_bsdf("wavepool", lambda props: Model(props))
+def register():
+    mi.register_bsdf("wavepool", lambda props: Model(props))
