@@ -5,19 +5,21 @@ Rough dielectrics, metals by the GGX distribution, a mirror, a lamp that is a me
 dielectric coat Cycles scales the base by the coat's albedo towards the viewer alone, wavepool reciprocally. Blender's exporter cannot say that
 a surface has no coat by an index of 1, and calls glass thin unless a thickness is set.
 
-usage: blender.py PATH_TRACER FOLDER [--quick]
+Then the scenes of scenes.py, with this renderer's model in Cycles' closures (wavepool_osl.py).
+
+usage: blender.py PATH_TRACER FOLDER [--assets FOLDER] [--quick] [SCENE ...]
 """
 
 import argparse
 import os
-import sys
 
 import bpy
 import numpy as np
 
+import in_cycles
+from path_tracer_call import export, render
+from scenes import FROM_BLENDER, TO_BLENDER, chosen_scenes, write_matte_box
 from statistics_of_tiles import judge, table_head
-from path_tracer_call import picture_of, render
-from scenes import write_matte_box
 
 
 def material(name, color, metallic=0.0, roughness=1.0, emission=None):
@@ -95,7 +97,7 @@ def build():
     bpy.context.scene.camera = thing
 
 
-def export(path):
+def export_gltf(path):
     """The settings of the book: +Y up, cameras, punctual lights in units without 683 lumens per watt."""
     bpy.ops.export_scene.gltf(
         filepath=path,
@@ -109,26 +111,43 @@ def export(path):
     )
 
 
-def cycles(size, samples, seed, bounces, out):
-    scene = bpy.context.scene
-    scene.render.engine = "CYCLES"
-    settings = scene.cycles
-    settings.device = "CPU"
-    settings.samples, settings.seed = samples, seed
-    settings.use_adaptive_sampling = settings.use_denoising = False
-    settings.max_bounces = settings.diffuse_bounces = settings.glossy_bounces = bounces
-    settings.transmission_bounces = settings.transparent_max_bounces = bounces
-    settings.sample_clamp_direct = settings.sample_clamp_indirect = settings.blur_glossy = settings.light_sampling_threshold = 0.0
-    settings.caustics_reflective = settings.caustics_refractive = True
-    settings.pixel_filter_type, settings.filter_width = "BOX", 1.0
-    render_settings = scene.render
-    render_settings.resolution_x = render_settings.resolution_y = size
-    render_settings.resolution_percentage = 100
-    render_settings.image_settings.file_format = "OPEN_EXR"
-    render_settings.image_settings.color_depth = "32"
-    render_settings.filepath = out
-    bpy.ops.render.render(write_still=True)
-    return picture_of(out)
+class Cycles:
+    def __init__(self, arguments):
+        self.path_tracer, self.folder = arguments.path_tracer, os.path.abspath(arguments.folder)
+        self.runs = 4 if arguments.quick else 8
+        self.out = os.path.join(self.folder, "cycles.exr")
+
+    def compare(self, name, scene, options, samples, theirs):
+        """`theirs` makes one picture of a seed; no roulette here."""
+        a, b = [], []
+        for seed in range(self.runs):
+            a.append(render(self.path_tracer, scene, options, samples, seed, "megakernel,roulette=none")[0])
+            b.append(theirs(seed))
+        judge(name, "Cycles", "none", a, b, samples, self.folder)
+
+    def compare_open(self, name, scene):
+        """What is open in Blender with the glTF file that it came from or went to."""
+        size, samples, depth = (128, 128), 64, 12
+        options = ["--size", "128x128", "--depth", depth]
+        self.compare(name, scene, options, samples, lambda seed: in_cycles.render(size, samples, seed, depth, self.out))
+
+    def from_blender(self):
+        scene = os.path.join(self.folder, "from_blender.glb")
+        build()
+        export_gltf(scene)
+        self.compare_open(FROM_BLENDER, scene)
+
+    def to_blender(self):
+        scene = os.path.join(self.folder, "matte_box_with_back.gltf")
+        write_matte_box(scene, lamp_has_back=True)
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        bpy.ops.import_scene.gltf(filepath=scene)
+        bpy.context.scene.camera = next(thing for thing in bpy.data.objects if thing.type == "CAMERA")
+        self.compare_open(TO_BLENDER, scene)
+
+    def agree(self, name, scene):
+        exported = in_cycles.Exported(export(self.path_tracer, name, scene.file, scene.options, self.folder))
+        self.compare(name, scene.file, scene.options, scene.samples, lambda seed: exported.render(scene.samples, seed, self.out))
 
 
 def main():
@@ -136,32 +155,22 @@ def main():
     parser.add_argument("path_tracer")
     parser.add_argument("folder")
     parser.add_argument("--quick", action="store_true")
-    arguments = parser.parse_args()
+    parser.add_argument("--assets")
+    parser.add_argument("scenes", nargs="*")
+    arguments = parser.parse_intermixed_args()
     os.makedirs(arguments.folder, exist_ok=True)
-    scene = os.path.abspath(os.path.join(arguments.folder, "from_blender.glb"))
-    out = os.path.abspath(os.path.join(arguments.folder, "cycles.exr"))
-    build()
-    export(scene)
-    size, samples, bounces = 128, 64, 12
-
-    def compare(name, scene):
-        ours, theirs = [], []
-        for seed in range(4 if arguments.quick else 8):
-            options = ["--size", f"{size}x{size}", "--depth", bounces]
-            ours.append(render(arguments.path_tracer, scene, options, samples, seed, "megakernel,roulette=none")[0])
-            theirs.append(cycles(size, samples, seed, bounces, out))
-        judge(name, "none", ours, theirs, samples, arguments.folder)
-        sys.stdout.flush()
-
+    cycles = Cycles(arguments)
     print(f"Blender {bpy.app.version_string}, Cycles\n")
-    print(table_head())
-    compare("from-blender", scene)
-    matte = os.path.abspath(os.path.join(arguments.folder, "matte_box.gltf"))
-    write_matte_box(matte, lamp_has_back=True)
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    bpy.ops.import_scene.gltf(filepath=matte)
-    bpy.context.scene.camera = next(thing for thing in bpy.data.objects if thing.type == "CAMERA")
-    compare("matte-box-to-blender", matte)
+    print(table_head(), flush=True)
+    if not arguments.scenes or FROM_BLENDER in arguments.scenes:
+        cycles.from_blender()
+    if not arguments.scenes or TO_BLENDER in arguments.scenes:
+        cycles.to_blender()
+    for name, scene in chosen_scenes(arguments.scenes, cycles.folder, arguments.assets):
+        if scene is None:
+            print(f"| {name} | Cycles | | | skipped: no file | | | | |", flush=True)
+        else:
+            cycles.agree(name, scene)
 
 
 if __name__ == "__main__":

@@ -34,3 +34,10 @@ def render(path_tracer, scene, options, samples, seed, schedule):
         out = os.path.join(folder, "ours.exr")
         account = call([path_tracer, "render", scene, *options, "--samples", samples, "--seed", seed, "--schedule", schedule, "--out", out])
         return picture_of(out), float(re.search(r"([\d.]+) Msamples/s", account)[1]) * 1e6
+
+
+def export(path_tracer, name, scene, options, folder, materials="model"):
+    """The scene for the peers: the path of an XML file with its parts beside it."""
+    xml = os.path.join(folder, f"{name}.xml")
+    call([path_tracer, "export", scene, *options, "--mitsuba", xml, "--materials", materials])
+    return xml

@@ -18,11 +18,10 @@ import numpy as np
 
 mi.set_variant("llvm_ad_rgb")
 import drjit as dr  # noqa: E402
-import wavepool_bsdf  # noqa: E402, F401
-from path_tracer_call import call, render  # noqa: E402
-from scenes import write_matte_box, write_row  # noqa: E402
+import wavepool_bsdf  # noqa: E402
+from path_tracer_call import export, picture_of, render  # noqa: E402
+from scenes import SPEED, chosen_scenes, known_scenes  # noqa: E402
 from statistics_of_tiles import judge, table_head  # noqa: E402
-
 
 
 class Peers:
@@ -31,37 +30,47 @@ class Peers:
         self.runs = 4 if arguments.quick else 8
         os.makedirs(self.folder, exist_ok=True)
 
-    def export(self, name, scene, options, materials="model"):
-        xml = os.path.join(self.folder, f"{name}.xml")
-        call([self.path_tracer, "export", scene, *options, "--mitsuba", xml, "--materials", materials])
-        return xml
-
-    def load(self, xml, has_roulette=True):
+    def load(self, xml, has_roulette, is_softened=False):
         with open(xml, encoding="utf-8") as file:
             text = file.read()
+        if not is_softened:
+            # Mitsuba darkens what a normal map bends out of the light; the formulas do not.
+            text = text.replace('type="normalmap">', 'type="normalmap"><boolean name="use_shadowing_function" value="false"/>')
         if not has_roulette:
             text = text.replace('name="rr_depth" value="5"', 'name="rr_depth" value="1000000"')
-            xml = xml.replace(".xml", "_without_roulette.xml")
-            with open(xml, "w", encoding="utf-8") as file:
-                file.write(text)
+        xml = xml.replace(".xml", "_of_peer.xml")
+        with open(xml, "w", encoding="utf-8") as file:
+            file.write(text)
         return mi.load_file(xml)
 
     def ours(self, scene, options, samples, seed, schedule):
         return render(self.path_tracer, scene, options, samples, seed, schedule)
 
-    def agree(self, name, scene, options, samples, has_roulette):
-        roulette = "lane" if has_roulette else "none"
-        loaded = self.load(self.export(name, scene, options), has_roulette)
+    def refine_sky(self, name, factor):
+        """Repeats every texel of the exported panorama: what Mitsuba interpolates becomes narrower by the factor."""
+        file = os.path.join(self.folder, f"{name}_parts", "environment.exr")
+        texels = picture_of(file)
+        height = factor * len(texels)
+        # Mitsuba's first and last rows lie on the poles.
+        rows = np.minimum(np.arange(height) / (height - 1) * len(texels), len(texels) - 1).astype(int)
+        mi.Bitmap(np.repeat(texels[rows], factor, axis=1)).write(file)
+
+    def agree(self, name, scene, has_roulette):
+        roulette, samples = "lane" if has_roulette else "none", scene.samples
+        xml = export(self.path_tracer, name, scene.file, scene.options, self.folder)
+        if scene.sky_factor > 1:
+            self.refine_sky(name, scene.sky_factor)
+        loaded = self.load(xml, has_roulette, scene.is_softened)
         ours, theirs = [], []
         for seed in range(self.runs):
-            ours.append(self.ours(scene, options, samples, seed, f"megakernel,roulette={roulette}")[0])
+            ours.append(self.ours(scene.file, scene.options, samples, seed, f"megakernel,roulette={roulette}")[0])
             theirs.append(np.array(mi.render(loaded, spp=samples, seed=seed)))
-        judge(name, roulette, ours, theirs, samples, self.folder)
+        judge(name, "Mitsuba", roulette, ours, theirs, samples, self.folder)
 
     def speed(self, scene, size, depth, samples, schedules):
         """Samples per second in turns; ours without compilation, from the difference of a long and a short run."""
         options = ["--size", f"{size}x{size}", "--depth", depth]
-        xml = self.export("speed", scene, options, "standard")
+        xml = export(self.path_tracer, "speed", scene, options, self.folder, "standard")
         rounds = 3 if self.quick else 7
         for has_roulette in (True, False):
             loaded = self.load(xml, has_roulette)
@@ -98,41 +107,20 @@ def main():
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("scenes", nargs="*")
     arguments = parser.parse_intermixed_args()
+    wavepool_bsdf.register()
     peers = Peers(arguments)
-    row, matte = os.path.join(peers.folder, "row.gltf"), os.path.join(peers.folder, "matte_box.gltf")
-    write_row(row)
-    write_matte_box(matte)
-    square = ["--size", "128x128", "--depth", "16"]
-    scenes = {
-        "matte-box": (matte, square, 64),
-        "cornell-box": ("cornell-box", square, 64),
-        "row": (row, ["--size", "160x96", "--depth", "16"], 64),
-        "mirror-corridor": ("mirror-corridor", square, 64),
-    }
-    if arguments.assets:
-        asset = lambda *parts: os.path.join(arguments.assets, *parts)  # noqa: E731
-        scenes |= {
-            "cornell-box-bevy": (asset("gltf", "CornellBox-bevy.glb"), square, 64),
-            "flight-helmet": (
-                asset("gltf", "FlightHelmet", "FlightHelmet.gltf"),
-                [*square, "--env", asset("env", "kloppenheim_05_1k.hdr")],
-                64,
-            ),
-            "kitchen": (asset("gltf", "interior_kitchen_luxcore.glb"), ["--size", "128x128", "--depth", "8"], 64),
-        }
-    chosen = {name: scene for name, scene in scenes.items() if not arguments.scenes or name in arguments.scenes}
     print(f"mitsuba {mi.__version__}, {mi.variant()}\n")
     print(table_head())
-    for name, (scene, options, samples) in chosen.items():
-        if not (scene == name or os.path.exists(scene)):
-            print(f"| {name} | | | skipped: no file | | | | |")
+    for name, scene in chosen_scenes(arguments.scenes, peers.folder, arguments.assets):
+        if scene is None:
+            print(f"| {name} | Mitsuba | | | skipped: no file | | | | |")
             continue
         for has_roulette in (True, False):
-            peers.agree(name, scene, options, samples, has_roulette)
-    if not arguments.scenes or "speed" in arguments.scenes:
+            peers.agree(name, scene, has_roulette)
+    if not arguments.scenes or SPEED in arguments.scenes:
         print("\n| schedule | roulette | ours, Msamples/s | theirs | ours over theirs |")
         print("| --- | --- | ---: | ---: | --- |")
-        peers.speed(matte, 256, 16, 64, ["megakernel", "megakernel-regen", "block"])
+        peers.speed(known_scenes(peers.folder, None)["matte-box"].file, 256, 16, 64, ["megakernel", "megakernel-regen", "block"])
 
 
 if __name__ == "__main__":

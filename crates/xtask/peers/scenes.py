@@ -1,9 +1,15 @@
-"""Scenes as glTF files, made here: surfaces that every renderer has, and rough metals and dielectrics in a row."""
+"""What is compared: scenes made here as glTF files (surfaces that every renderer has, rough metals and dielectrics in a row), built-in ones
+and files, and switches that take something out of a scene on both sides.
+"""
 
 import base64
 import json
+import os
+import shutil
+from typing import NamedTuple
 
 import numpy as np
+import OpenEXR
 
 
 def sphere(center, radius, rings=48, spokes=96):
@@ -147,3 +153,93 @@ def write_matte_box(path, lamp_has_back=False):
             meshes.append((*quad(np.array(center) + a - b - c, 2 * b, 2 * c), 0))
             meshes.append((*quad(np.array(center) - a - b - c, 2 * c, 2 * b), 0))
     write_gltf(path, meshes, materials, ((0.278, 0.273, -0.8), (0.278, 0.273, 0.0), 39.3))
+
+
+class Scene(NamedTuple):
+    """What is rendered: a file or a built-in name, options of the path tracer, samples per pixel; Mitsuba's panorama so many times finer,
+    and whether Mitsuba softens shadows under normal maps."""
+
+    file: str
+    options: list
+    samples: int
+    sky_factor: int = 1
+    is_softened: bool = False
+
+
+# Known names that are no scenes: the two made in Blender, and the clock.
+FROM_BLENDER, TO_BLENDER, SPEED = "from-blender", "matte-box-to-blender", "speed"
+SWITCHES = ("fine-sky", "softened", "plain-sky", "opaque", "no-normal-maps", "flat")
+
+
+def known_scenes(folder, assets):
+    """By name; `None` for those whose file is not there."""
+    row, matte = os.path.join(folder, "row.gltf"), os.path.join(folder, "matte_box.gltf")
+    write_row(row)
+    write_matte_box(matte)
+    square = ["--size", "128x128", "--depth", "16"]
+    asset = lambda *parts: os.path.join(assets or "", *parts)  # noqa: E731
+    sky = asset("env", "kloppenheim_05_1k.hdr")
+    scenes = {
+        "matte-box": Scene(matte, square, 64),
+        "cornell-box": Scene("cornell-box", square, 64),
+        "cornell-box-bevy": Scene(asset("gltf", "CornellBox-bevy.glb"), square, 64),
+        "row": Scene(row, ["--size", "160x96", "--depth", "16"], 64),
+        "mirror-corridor": Scene("mirror-corridor", ["--size", "128x128", "--depth", "32"], 64),
+        "kitchen": Scene(asset("gltf", "interior_kitchen_luxcore.glb"), ["--size", "128x128", "--depth", "8"], 64),
+        "flight-helmet": Scene(asset("gltf", "FlightHelmet", "FlightHelmet.gltf"), [*square, "--env", sky], 64),
+    }
+    return {name: scene if scene.file == name or os.path.exists(scene.file) else None for name, scene in scenes.items()}
+
+
+def chosen_scenes(names, folder, assets):
+    """Those that are named, or all: pairs of a name and a scene, in the order of the names. A name may end in switches, each after a plus."""
+    scenes = known_scenes(folder, assets)
+    names = [name for name in names or scenes if name not in (FROM_BLENDER, TO_BLENDER, SPEED)]
+    return [(name, switched(name, scenes, folder)) for name in names]
+
+
+def switched(name, scenes, folder):
+    base, *switches = name.split("+")
+    if base not in scenes:
+        raise SystemExit(f"there is no scene `{base}`: {', '.join([*scenes, FROM_BLENDER, TO_BLENDER, SPEED])}")
+    unknown = [switch for switch in switches if switch not in SWITCHES]
+    if unknown:
+        raise SystemExit(f"there is no switch `{unknown[0]}`: {', '.join(SWITCHES)}")
+    scene = scenes[base]
+    if scene is None:
+        return None
+    if "fine-sky" in switches:
+        scene = scene._replace(sky_factor=4)
+    if "softened" in switches:
+        scene = scene._replace(is_softened=True)
+    if "plain-sky" in switches:
+        sky = os.path.join(folder, "plain_sky.exr")
+        with OpenEXR.File({}, {"RGB": np.ones((8, 16, 3), np.float32)}) as file:
+            file.write(sky)
+        scene = scene._replace(options=[*scene.options[: scene.options.index("--env")], "--env", sky])
+    if {"opaque", "no-normal-maps", "flat"} & set(switches):
+        scene = scene._replace(file=changed_gltf(scene.file, name, switches, folder))
+    return scene
+
+
+def changed_gltf(source, name, switches, folder):
+    """A copy of a glTF file with its neighbours, without what the switches take out."""
+    if not source.endswith(".gltf"):
+        raise SystemExit(f"{source}: only files that end in .gltf can be changed")
+    place = os.path.join(folder, name)
+    shutil.copytree(os.path.dirname(source), place, dirs_exist_ok=True, copy_function=shutil.copyfile)
+    with open(source, encoding="utf-8") as file:
+        document = json.load(file)
+    for entry in document["materials"]:
+        if "opaque" in switches:
+            entry.pop("alphaMode", None)
+        if "no-normal-maps" in switches or "flat" in switches:
+            entry.pop("normalTexture", None)
+    for primitive in (primitive for mesh in document["meshes"] for primitive in mesh["primitives"]):
+        if "flat" in switches:
+            for attribute in ("NORMAL", "TANGENT"):
+                primitive["attributes"].pop(attribute, None)
+    path = os.path.join(place, os.path.basename(source))
+    with open(path, "w", encoding="utf-8") as file:
+        json.dump(document, file)
+    return path

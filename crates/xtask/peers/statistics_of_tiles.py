@@ -55,13 +55,13 @@ def mean_ratio(ours, theirs):
 
 def table_head():
     return (
-        "| scene | roulette | runs x samples | mean, theirs over ours | means (0.5 %) | largest t | p, corrected | tiles (1 %) |\n"
-        "| --- | --- | --- | --- | --- | ---: | --- | --- |"
+        "| scene | against | roulette | runs x samples | mean, theirs over ours | means (0.5 %) | largest t | p, corrected | tiles (1 %) |\n"
+        "| --- | --- | --- | --- | --- | --- | ---: | --- | --- |"
     )
 
 
-def judge(name, roulette, ours, theirs, samples, folder):
-    """Prints a line of the table; keeps both means as pictures."""
+def judge(name, peer, roulette, ours, theirs, samples, folder):
+    """Prints a line of the table; keeps both means as arrays."""
     ratio, error = mean_ratio(ours, theirs)
     t, p, count = welch(ours, theirs)
     # An interval that reaches beyond the limit has not shown that the means agree.
@@ -69,8 +69,8 @@ def judge(name, roulette, ours, theirs, samples, folder):
     means = "differ" if low > LIMIT else "agree" if high <= LIMIT else "not resolved"
     tiles = "some differ" if p <= 0.01 else "agree"
     print(
-        f"| {name} | {roulette} | {len(ours)} x {samples} | {ratio:.5f} +- {2 * error:.5f} | {means} | {t:.2f} | {min(p, 1):.3f} of {count} | {tiles} |",
+        f"| {name} | {peer} | {roulette} | {len(ours)} x {samples} | {ratio:.5f} +- {2 * error:.5f} | {means} | {t:.2f} | {min(p, 1):.3f} of {count} | {tiles} |",
         flush=True,
     )
     for who, runs in (("ours", ours), ("theirs", theirs)):
-        np.save(os.path.join(folder, f"{name}_{who}.npy"), np.mean(runs, axis=0).astype(np.float32))
+        np.save(os.path.join(folder, f"{name}_{peer}_{who}.npy"), np.mean(runs, axis=0).astype(np.float32))

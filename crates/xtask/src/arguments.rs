@@ -1,6 +1,6 @@
 //! The command line of `cargo xtask`, as data.
 
-use crate::process::Failure;
+use crate::{peers::Peer, process::Failure};
 
 /// Printed on request and after every mistake in usage.
 pub(crate) const USAGE: &str = "\
@@ -12,8 +12,9 @@ usage: cargo xtask COMMAND
                           schedules (all of them, counted, timed, swept for their best settings and taken apart),
                           auto (how well it chooses)
         [--out FOLDER]    of schedules: write tables (CSV, Markdown) and charts (SVG) there
-  peers [SCENE ...]       compare pictures and speed with Mitsuba 3, and a scene from Blender with Cycles (installed below target/tools)
+  peers [SCENE ...]       compare pictures with Mitsuba 3 and Cycles, and speed with Mitsuba (installed below target/tools)
         [--quick]         fewer runs
+        [--only PEER]     with `mitsuba` or `cycles` alone
   book                    build the tutorial into book/book
   setup [--yes]           make sure that a Vulkan, Metal or Direct3D adapter exists
 
@@ -31,8 +32,8 @@ pub(crate) enum Invocation {
     Demo { agreed: bool },
     /// Run every check of the repository.
     Test { agreed: bool, full: bool },
-    /// Compare with another renderer.
-    Peers { scenes: Vec<String>, quick: bool },
+    /// Compare with other renderers.
+    Peers { scenes: Vec<String>, quick: bool, only: Option<Peer> },
     /// Build the tutorial.
     Book,
     /// Measure something on this device.
@@ -74,11 +75,26 @@ pub(crate) fn parse(words: &[String]) -> Result<Invocation, Failure> {
 
 /// The words after `peers`.
 fn peers(words: &[String]) -> Result<Invocation, Failure> {
-    let (options, scenes): (Vec<&String>, Vec<&String>) = words.iter().partition(|word| word.starts_with('-'));
-    if let Some(stranger) = options.iter().find(|option| *option != &"--quick") {
-        return Err(Failure::Usage(format!("`peers` knows no option `{stranger}`")));
+    let (mut scenes, mut quick, mut only) = (Vec::new(), false, None);
+    let mut words = words.iter();
+    while let Some(word) = words.next() {
+        match word.as_str() {
+            "--quick" => quick = true,
+            "--only" => {
+                only = Some(match words.next().map(String::as_str) {
+                    Some("mitsuba") => Peer::Mitsuba,
+                    Some("cycles") => Peer::Cycles,
+                    other => {
+                        let found = other.map_or_else(|| "nothing".into(), |other| format!("`{other}`"));
+                        return Err(Failure::Usage(format!("`--only` takes `mitsuba` or `cycles`, found {found}")));
+                    }
+                });
+            }
+            option if option.starts_with('-') => return Err(Failure::Usage(format!("`peers` knows no option `{option}`"))),
+            scene => scenes.push(scene.to_owned()),
+        }
     }
-    Ok(Invocation::Peers { scenes: scenes.into_iter().cloned().collect(), quick: !options.is_empty() })
+    Ok(Invocation::Peers { scenes, quick, only })
 }
 
 /// The words after `bench`.
@@ -123,9 +139,10 @@ mod tests {
         assert_eq!(parse_line("test --yes --full"), Ok(Invocation::Test { agreed: true, full: true }));
         assert_eq!(parse_line("book"), Ok(Invocation::Book));
         assert_eq!(parse_line("bench core --quick"), Ok(Invocation::Bench { what: "core".into(), quick: true, out: None }));
-        assert_eq!(parse_line("peers"), Ok(Invocation::Peers { scenes: Vec::new(), quick: false }));
-        let one = Ok(Invocation::Peers { scenes: vec!["row".into()], quick: true });
-        assert_eq!(parse_line("peers row --quick"), one);
+        assert_eq!(parse_line("peers"), Ok(Invocation::Peers { scenes: Vec::new(), quick: false, only: None }));
+        let one = |only| Ok(Invocation::Peers { scenes: vec!["row".into()], quick: true, only });
+        assert_eq!(parse_line("peers row --quick"), one(None));
+        assert_eq!(parse_line("peers --quick --only cycles row"), one(Some(Peer::Cycles)));
         let schedules = |quick| Ok(Invocation::Bench { what: "schedules".into(), quick, out: Some("figures".into()) });
         assert_eq!(parse_line("bench schedules --out figures"), schedules(false));
         assert_eq!(parse_line("bench schedules --out figures --quick"), schedules(true));
@@ -137,7 +154,8 @@ mod tests {
     fn strangers_are_usage_errors() {
         let of_bench =
             ["bench", "bench cores", "bench core --fast", "bench core --out x", "bench schedules --out", "bench schedules --out --quick"];
-        for line in ["", "tset", "test --ful", "book --yes", "peers --fast"].into_iter().chain(of_bench) {
+        for line in ["", "tset", "test --ful", "book --yes", "peers --fast", "peers --only", "peers --only lux"].into_iter().chain(of_bench)
+        {
             assert!(matches!(parse_line(line), Err(Failure::Usage(_))), "{line:?} was accepted");
         }
     }

@@ -56,7 +56,7 @@ fn carry_out(invocation: Invocation) -> Result<(), Failure> {
         Invocation::Demo { agreed } => demo::run(&root, agreed),
         Invocation::Test { agreed, full } => checks::run(&root, agreed, full),
         Invocation::Book => book::build(&root),
-        Invocation::Peers { scenes, quick } => peers::run(&root, &scenes, quick),
+        Invocation::Peers { scenes, quick, only } => peers::run(&root, &scenes, quick, only),
         Invocation::Bench { what, quick, out } => {
             // Cargo starts it in the root of the repository; the folder is meant from where we are.
             let out = out.map(|folder| std::env::current_dir().map_or_else(|_| folder.clone().into(), |here| here.join(&folder)));

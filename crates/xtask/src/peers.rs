@@ -1,4 +1,4 @@
-//! Other renderers' opinions: pictures and speed beside Mitsuba 3, and the way from Blender beside Cycles.
+//! Other renderers' opinions: pictures and speed beside Mitsuba 3, pictures and the way from Blender beside Cycles.
 //!
 //! Key decision: the peer comes from the Python package index in exact versions into a folder below `target`, and nothing of it is needed to
 //! build or test the project. Its LLVM backend loads the system's LLVM library, of which it needs version 17 or later: older ones cannot
@@ -16,19 +16,27 @@ use crate::process::{self, Failure, cargo};
 const PACKAGES: &str = "mitsuba==3.9.1 numpy==1.26.4 OpenEXR==3.5.3";
 /// Blender as a module, which exists for one version of Python; without it that part is skipped.
 const BLENDER: &str = "bpy==5.0.1";
-/// The name of its part among the scenes.
-const FROM_BLENDER: &str = "from-blender";
+/// What only one of the two has: scenes made in Blender, and the clock.
+const OF_CYCLES: [&str; 2] = ["from-blender", "matte-box-to-blender"];
+const OF_MITSUBA: [&str; 1] = ["speed"];
 /// Where the variable of Dr.Jit, Mitsuba's compiler, points when somebody has set it.
 const LLVM: &str = "DRJIT_LIBLLVM_PATH";
 /// Oldest LLVM that works.
 const OLDEST: u32 = 17;
 const LIBRARIES: [&str; 4] = ["/usr/lib/x86_64-linux-gnu", "/usr/lib/aarch64-linux-gnu", "/usr/lib64", "/usr/lib"];
 
-/// Compares the scenes, all when none is named.
+/// With whom to compare.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Peer {
+    Mitsuba,
+    Cycles,
+}
+
+/// Compares the scenes, all when none is named, with one peer or with both.
 ///
 /// # Errors
 /// When Python or LLVM is missing, an installation fails, or a renderer does.
-pub(crate) fn run(root: &Path, scenes: &[String], quick: bool) -> Result<(), Failure> {
+pub(crate) fn run(root: &Path, scenes: &[String], quick: bool, only: Option<Peer>) -> Result<(), Failure> {
     let folder = root.join("target/tools/peers");
     let python = install(&folder)?;
     process::run(&mut cargo(root, &["build", "--quiet", "--package", "path_tracer"]))?;
@@ -36,32 +44,37 @@ pub(crate) fn run(root: &Path, scenes: &[String], quick: bool) -> Result<(), Fai
         let mut command = Command::new(&python);
         command.current_dir(root).env("PYTHONDONTWRITEBYTECODE", "1").arg(format!("crates/xtask/peers/{name}"));
         command.arg(root.join("target/debug/path-tracer")).arg(folder.join("scenes")).args(quick.then_some("--quick"));
+        if let Some(assets) = env::var_os("WAVEPOOL_ASSETS") {
+            command.arg("--assets").arg(assets);
+        }
+        command.args(scenes);
         command
     };
-    let (of_blender, scenes): (Vec<&String>, Vec<&String>) = scenes.iter().partition(|scene| *scene == FROM_BLENDER);
-    if scenes.is_empty() || !of_blender.is_empty() {
+    if is_wanted(Peer::Cycles, scenes, only) {
         match process::succeeds(Command::new(&python).args(["-c", "import bpy"])) {
             true => process::run(&mut script("blender.py"))?,
-            false => println!("skipped: {FROM_BLENDER}: there is no {BLENDER} for this Python"),
-        }
-        if !of_blender.is_empty() && scenes.is_empty() {
-            return Ok(());
+            false => println!("skipped: Cycles: there is no {BLENDER} for this Python"),
         }
     }
-    let mut command = script("peers.py");
-    if let Some(assets) = env::var_os("WAVEPOOL_ASSETS") {
-        command.arg("--assets").arg(assets);
+    if is_wanted(Peer::Mitsuba, scenes, only) {
+        let mut command = script("peers.py");
+        if env::var_os(LLVM).is_none() {
+            let names: Vec<PathBuf> =
+                LIBRARIES.iter().filter_map(|folder| fs::read_dir(folder).ok()).flatten().flatten().map(|entry| entry.path()).collect();
+            let newest = newest_llvm(&names).ok_or_else(|| {
+                Failure::step(format!("no LLVM library of version {OLDEST} or later: install one (Debian: libllvm19) or name it in {LLVM}"))
+            })?;
+            command.env(LLVM, newest);
+        }
+        process::run(&mut command)?;
     }
-    command.args(scenes);
-    if env::var_os(LLVM).is_none() {
-        let names: Vec<PathBuf> =
-            LIBRARIES.iter().filter_map(|folder| fs::read_dir(folder).ok()).flatten().flatten().map(|entry| entry.path()).collect();
-        let newest = newest_llvm(&names).ok_or_else(|| {
-            Failure::step(format!("no LLVM library of version {OLDEST} or later: install one (Debian: libllvm19) or name it in {LLVM}"))
-        })?;
-        command.env(LLVM, newest);
-    }
-    process::run(&mut command)
+    Ok(())
+}
+
+/// Whether a peer has something to do: nobody else was asked for, and some scene is not the other's alone.
+fn is_wanted(peer: Peer, scenes: &[String], only: Option<Peer>) -> bool {
+    let of_the_other: &[&str] = if peer == Peer::Cycles { &OF_MITSUBA } else { &OF_CYCLES };
+    only.is_none_or(|only| only == peer) && (scenes.is_empty() || scenes.iter().any(|scene| !of_the_other.contains(&scene.as_str())))
 }
 
 /// The Python of a virtual environment that has the packages.
@@ -99,6 +112,21 @@ fn llvm_version(name: &str) -> Option<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Kills: a scene of one peer that the other is started for, a peer that runs although the other alone was asked for.
+    #[test]
+    fn a_peer_runs_when_it_has_something_to_do() {
+        let wanted = |scenes: &[&str], only| {
+            let scenes: Vec<String> = scenes.iter().map(ToString::to_string).collect();
+            (is_wanted(Peer::Mitsuba, &scenes, only), is_wanted(Peer::Cycles, &scenes, only))
+        };
+        assert_eq!(wanted(&[], None), (true, true));
+        assert_eq!(wanted(&["row"], None), (true, true));
+        assert_eq!(wanted(&["speed"], None), (true, false));
+        assert_eq!(wanted(&["from-blender"], None), (false, true));
+        assert_eq!(wanted(&["from-blender", "row"], None), (true, true));
+        assert_eq!(wanted(&["row"], Some(Peer::Cycles)), (false, true));
+    }
 
     /// Kills: a version read from another library, an old one preferred, a number compared as text.
     #[test]

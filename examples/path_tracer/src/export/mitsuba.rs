@@ -249,6 +249,7 @@ impl File<'_> {
         if let Some(texture) = &material.normal_texture {
             let texture = self.texture("normalmap", &format!("normal_{index}"), texture, Take::Normal(material.normal_scale))?;
             bsdf = format!("<bsdf type=\"normalmap\">{texture}{bsdf}</bsdf>");
+            self.note("under normal maps newer versions of Mitsuba darken the edge of shadows unless `use_shadowing_function` is false");
         }
         if share <= 0.0 {
             bsdf = format!("<bsdf type=\"twosided\">{bsdf}</bsdf>");
@@ -325,7 +326,7 @@ impl File<'_> {
         let Some(environment) = &self.scene.environment else { return Ok(()) };
         let file = self.whole.join("environment.exr");
         textures::write_floats(&file, environment.width, environment.height, environment.texels.clone())?;
-        self.note("texels of the panorama are constant here, interpolated there");
+        self.note("texels of the panorama are constant here, interpolated there, where the first and the last row lie on the poles");
         // Theirs begins where the middle of ours is.
         let turn = matrix(Mat4::from_rotation_y(std::f32::consts::PI));
         let file = self.folder.join("environment.exr").display().to_string();
