@@ -219,22 +219,16 @@ impl GpuScene {
         })
     }
 
-<<<<<<< HEAD
-    /// What conditions in the modules may ask for: effects of the scene, layers of the request and the form of the nodes.
+    /// What conditions in the modules may ask for: effects of the scene, layers of the request, whether the picture is transparent, and the
+    /// form of the nodes.
     pub fn features(&self) -> Vec<(&'static str, bool)> {
-        let form = [("compact_nodes", self.facts.compact_nodes)];
-        self.facts.effects.features().into_iter().chain(self.layers.features()).chain(form).collect()
-=======
-    /// What conditions in the modules may ask for: effects of the scene, layers of the request, and whether the picture is transparent.
-    pub fn features(&self) -> Vec<(&'static str, bool)> {
-        let request = self.layers.features().into_iter().chain([("transparent", self.transparent)]);
-        self.facts.effects.features().into_iter().chain(request).collect()
+        let rest = [("transparent", self.transparent), ("compact_nodes", self.facts.compact_nodes)];
+        self.facts.effects.features().into_iter().chain(self.layers.features()).chain(rest).collect()
     }
 
     /// True when paths bring home more than their radiance.
     pub fn brings_more_than_radiance(&self) -> bool {
         self.transparent || self.layers.any()
->>>>>>> cli
     }
 
     /// What is asked for beside the colour.

@@ -25,7 +25,11 @@ pub(super) fn write(path: &Path, picture: &Picture, options: &Options) -> Result
         Bits::Eight => (quantised_8(&values), BitDepth::Eight),
         Bits::Sixteen => (quantised_16(&values), BitDepth::Sixteen),
     };
-    let form = Form { size: [picture.width, picture.height], color: if picture.alpha.is_some() { ColorType::Rgba } else { ColorType::Rgb }, depth };
+    let form = Form {
+        size: [picture.width, picture.height],
+        color: if picture.alpha.is_some() { ColorType::Rgba } else { ColorType::Rgb },
+        depth,
+    };
     let texts = texts(&picture.facts);
     atomic::write(path, |writer| encode(writer, &form, &texts, &bytes).map_err(io::Error::other)).map_err(|e| Error::write(path, e))?;
     Ok(picture.left_out(true, "a .png").into_iter().collect())
