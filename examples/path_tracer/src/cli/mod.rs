@@ -41,7 +41,7 @@ Try first:
   path-tracer compare picture.exr reference.exr      how far two pictures are apart
   path-tracer render --help                          everything that can be chosen
 
-Exit codes: 0 done, 1 it could not be done or a check failed, 2 wrong usage, 130 stopped by Ctrl-C; of `sheet` how many failed.
+Exit codes: 0 done, 1 it could not be done or a check failed, 2 wrong usage, 3 done but for some of many (`sheet`), 130 stopped by Ctrl-C.
 NO_COLOR=1 turns colours off. `path-tracer completions bash` and `path-tracer man render` print what
 shells and man read.";
 
@@ -81,9 +81,6 @@ enum Command {
     Man(manual::ManArguments),
 }
 
-/// The largest exit code that counts; above are those of shells and signals.
-const MOST_COUNTED: u8 = 100;
-
 /// Why a command failed.
 #[derive(Debug)]
 pub(crate) enum Failure {
@@ -91,13 +88,8 @@ pub(crate) enum Failure {
     Usage(String),
     /// It was understood, but could not be done.
     Runtime(String),
-    /// It was done but for some of many; the exit code says for how many.
-    Counted {
-        /// For people.
-        what: String,
-        /// Above zero.
-        n: usize,
-    },
+    /// It was done but for some of many.
+    Partial(String),
     /// Somebody pressed Ctrl-C.
     Stopped(String),
 }
@@ -107,7 +99,7 @@ impl Failure {
         match self {
             Failure::Usage(_) => 2,
             Failure::Runtime(_) => 1,
-            Failure::Counted { n, .. } => u8::try_from(*n).unwrap_or(MOST_COUNTED).min(MOST_COUNTED),
+            Failure::Partial(_) => 3,
             Failure::Stopped(_) => stop::EXIT_CODE,
         }
     }
@@ -126,9 +118,7 @@ impl Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Failure::Usage(text) | Failure::Runtime(text) | Failure::Counted { what: text, .. } | Failure::Stopped(text) => {
-                f.write_str(text)
-            }
+            Failure::Usage(text) | Failure::Runtime(text) | Failure::Partial(text) | Failure::Stopped(text) => f.write_str(text),
         }
     }
 }

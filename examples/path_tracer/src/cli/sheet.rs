@@ -1,6 +1,6 @@
 //! `path-tracer sheet`: an overview of many scenes in one picture.
 //!
-//! Key decision: what cannot be shown is a grey cell with its reason and not the end of the work; the exit code counts such cells.
+//! Key decision: what cannot be shown is a grey cell with its reason and not the end of the work; the exit code says that there are such cells.
 
 use std::{
     collections::HashSet,
@@ -33,7 +33,7 @@ use super::{
 
 /// What a stranger should know before and after.
 const AFTER_HELP: &str = "\
-Exit codes: 0 all are shown; otherwise how many are not, 100 for more. Wrong usage is 2 without a sheet, Ctrl-C 130 with what is finished.";
+Exit codes: 0 all are shown, 3 some are not. Without a sheet: 1 it could not be made, 2 wrong usage. Ctrl-C: 130, with what is finished.";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
@@ -152,7 +152,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     match (is_complete, n_failed) {
         (false, _) => Err(Failure::Stopped(format!("stopped after {} of {n}; {out} shows them", n_shown + n_failed))),
         (true, 0) => Ok(()),
-        (true, _) => Err(Failure::Counted { what: format!("{out}: {n_failed} of {n} are not shown"), n: n_failed }),
+        (true, _) => Err(Failure::Partial(format!("{out}: {n_failed} of {n} are not shown"))),
     }
 }
 

@@ -35,7 +35,7 @@ fn a_sheet_that_cannot_be_is_refused_before_it_is_made() {
     assert_eq!(fs::read_dir(folder.path()).expect("listed").count(), 0);
 }
 
-/// Kills: work that ends at the first broken file, failures that are not counted or not named, cells out of order, a picture that is
+/// Kills: work that ends at the first broken file, failures that do not change the exit code or are not named, cells out of order, a picture that is
 /// missing or black, a panorama that is taken for a scene.
 #[test]
 fn a_folder_is_shown_at_a_glance() {

@@ -46,7 +46,6 @@ pub(super) fn build(
         for &face in faces {
             let corners = corners(&geometry, face);
             positions(&geometry, corners, &mut shape);
-            tally.shape(&shape);
             let flat = polygon::area_vector(&shape).normalize_or_zero().as_vec3();
             face_vertices.clear();
             for corner in corners {
@@ -75,7 +74,7 @@ pub(super) fn build(
                 }
                 face_vertices.push(vertex);
             }
-            made.triangles.extend(polygon::fan(&face_vertices));
+            tally.cut(&shape, |places| made.triangles.push(places.map(|place| face_vertices[place])));
         }
         drop(known);
         n_repaired += made.repair_normals();

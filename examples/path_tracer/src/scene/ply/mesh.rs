@@ -95,8 +95,7 @@ pub(super) fn read(header: &Header, body: &[u8], warnings: &mut Warnings) -> Res
     for face in faces.faces() {
         shape.clear();
         shape.extend(face.iter().map(|&corner| made.vertices[corner as usize].position));
-        tally.shape(&shape);
-        made.triangles.extend(polygon::fan(face));
+        tally.cut(&shape, |places| made.triangles.push(places.map(|place| face[place])));
         if !has_normals {
             polygon::weighted_normals(&shape, |at, normal| made.vertices[face[at] as usize].normal += normal);
         }
