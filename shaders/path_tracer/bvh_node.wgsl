@@ -4,7 +4,8 @@
 //
 // With `compact_nodes` a node is one row: six corners on a grid over the normalised scene, 16 bits each, then the node's word. The corners
 // were rounded outward by at least a quarter of a cell. On an axis, t = q (cell / d) + (low - o) / d carries at most 5.5 units of
-// 2^-23 (|q cell / d| + |(low - o) / d|), which is less than (3 + |o|) / 47 of a cell: the quarter covers it up to |o| = 8. Farther away
+// 2^-23 (|q cell / d| + |(low - o) / d|), which is less than (3.02 + |o|) / 46.9 of a cell, and cell itself 2.5 units, which is less than a
+// hundredth: the quarter covers both up to |o| = 8. Farther away
 // it is less than 2^-19 of t, on either side; the margin of 2^-18 covers both.
 //
 // Otherwise a node is two rows: (low, nothing), (high, the node's word). There 2 (1 + 2.5 + 1) 2^-23 < 2^-19.
@@ -14,6 +15,9 @@ import package::path_tracer::scene_access::bvh;
 
 @if(compact_nodes) const BOX_MARGIN: f32 = 1.000003814697265625;
 @if(!compact_nodes) const BOX_MARGIN: f32 = 1.0000019073486328;
+// How much farther than a hit a box may seem to begin that holds another hit at the same distance: what both carry as errors, relative.
+@if(compact_nodes) const ENTER_SLACK: f32 = 3.8146972656e-6;
+@if(!compact_nodes) const ENTER_SLACK: f32 = 1.9073486328e-6;
 
 // A ray as the boxes want it. Compact: t of a plane is `scale` times its number plus `offset`. Otherwise `scale` is the reciprocal of the
 // direction and `offset` is the origin.

@@ -11,7 +11,7 @@
 
 import constants::BVH_STACK;
 @if(alpha) import package::path_tracer::alpha::is_present;
-import package::path_tracer::bvh_node::{child_of_node, ray_for_boxes};
+import package::path_tracer::bvh_node::{child_of_node, ray_for_boxes, ENTER_SLACK};
 import package::path_tracer::intersect_triangle::{intersect_triangle, shear_of_ray};
 import package::path_tracer::records::{NONE, TRIANGLE_ALPHA, TRIANGLE_ROWS};
 import package::path_tracer::scene_access::{triangles, view};
@@ -39,7 +39,7 @@ fn traverse(origin: vec3f, direction: vec3f, t_max: f32, left: u32, key: vec4u, 
     // The distance to a triangle carries an error that its box does not know; a little slack keeps ties independent of the order.
     let size = max(abs(origin), vec3f(1.0));
     let reach = abs(direction);
-    let slack = 1.9073486e-6 * max(size.x, max(size.y, size.z)) / max(reach.x, max(reach.y, reach.z));
+    let slack = ENTER_SLACK * max(size.x, max(size.y, size.z)) / max(reach.x, max(reach.y, reach.z));
     var stack: array<u32, BVH_STACK + 1>;
     stack[0] = WALK_ENDS;
     var height = 1u;

@@ -7,8 +7,10 @@ use std::collections::HashSet;
 use glam::{Vec2, Vec3, Vec4};
 use path_tracer::{
     LayerRequest, Renderer, Settings,
+    gpu_scene::{GpuScene, PackOptions},
     scene::{
         AlphaMode, BUILTIN, Environment, Image, LightKind, Material, PunctualLight, Scene, TextureUse, Triangle, Vertex, Wrap, builtin,
+        framing::frame,
     },
 };
 use wavepool::{
@@ -113,7 +115,9 @@ fn all_programs() -> Vec<(String, Program)> {
         (name, program)
     });
     let built_in = BUILTIN.iter().map(|(name, _)| ((*name).to_owned(), builtin(name).expect("it is in the list")));
-    let scenes = built_in.chain([("everything".to_owned(), everything()), ("nothing".to_owned(), Scene::default())]);
+    let made =
+        [("everything", everything()), ("nothing", Scene::default()), ("fine", fine())].map(|(name, scene)| (name.to_owned(), scene));
+    let scenes = built_in.chain(made);
     let path_tracers = scenes.map(|(name, scene)| {
         let program = Renderer::program(&scene).unwrap_or_else(|error| panic!("{name}: {error}"));
         (format!("path_tracer-{name}"), program)
@@ -124,6 +128,20 @@ fn all_programs() -> Vec<(String, Program)> {
     };
     let requests = [("layers", with(LayerRequest::ALL, false)), ("transparent", with(LayerRequest::NONE, true))];
     small.chain(path_tracers).chain(requests.map(|(name, program)| (format!("path_tracer-{name}"), program))).collect()
+}
+
+/// Small triangles on a large one, too fine for nodes on a grid.
+fn fine() -> Scene {
+    let mut scene = Scene { materials: vec![Material::default()], ..Scene::default() };
+    for (at, size) in (0..64).map(|index| (Vec3::ONE * index as f32 * 1e-5, 1e-6)).chain([(Vec3::NEG_Z, 1.0)]) {
+        let first = scene.vertices.len() as u32;
+        let corner = |offset: Vec3| Vertex { position: at + offset * size, normal: Vec3::Z, color: Vec4::ONE, ..Vertex::default() };
+        scene.vertices.extend([Vec3::ZERO, Vec3::X, Vec3::Y].map(corner));
+        scene.triangles.push(Triangle { vertices: [first, first + 1, first + 2], material: 0 });
+    }
+    let packed = GpuScene::pack(&scene, &frame(scene.bounds(), 1.0), &PackOptions::default()).expect("it packs");
+    assert!(!packed.facts.compact_nodes, "the grid is fine enough for it");
+    scene
 }
 
 /// One triangle that calls for every effect.

@@ -213,6 +213,8 @@ def switched(name, scenes, folder):
     if "softened" in switches:
         scene = scene._replace(is_softened=True)
     if "plain-sky" in switches:
+        if "--env" not in scene.options:
+            raise SystemExit(f"{name}: there is no sky that could be plain")
         sky = os.path.join(folder, "plain_sky.exr")
         with OpenEXR.File({}, {"RGB": np.ones((8, 16, 3), np.float32)}) as file:
             file.write(sky)

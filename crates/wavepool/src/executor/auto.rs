@@ -112,15 +112,29 @@ impl Auto {
         Ok(())
     }
 
-    /// Frees what candidates other than the next one hold, when it is much: several pools might not fit where each of them does. What is
-    /// little stays for their next turn. The film is kept by whoever did the last passes.
-    fn give_up_pools(&mut self, next: usize) {
+    /// Reserves what the next candidate needs for a run of so many passes. What others hold is freed when it is much, or when both do not fit;
+    /// what is little stays for their next turn. The film is kept by whoever did the last passes.
+    fn make_room(&mut self, next: usize, passes: u32) -> Result<()> {
         let others = || self.candidates.iter().enumerate().filter(|(other, _)| *other != next);
         let idle: u64 = others().filter_map(|(_, other)| other.buffers.as_ref()).map(Buffers::bytes).sum();
         if idle > IDLE_BYTES {
-            let others = self.candidates.iter_mut().enumerate().filter(|(other, _)| *other != next);
-            others.for_each(|(_, other)| other.buffers = None);
+            self.free_all_but(next);
+        } else if idle > 0 {
+            let mut notes = Vec::new();
+            let buffers = self.candidates[next].allocate(passes, &mut notes)?;
+            if notes.is_empty() {
+                self.candidates[next].buffers = Some(buffers);
+            } else {
+                // A smaller pool than it asked for: the run asks again, alone.
+                self.free_all_but(next);
+            }
         }
+        Ok(())
+    }
+
+    fn free_all_but(&mut self, next: usize) {
+        let others = self.candidates.iter_mut().enumerate().filter(|(other, _)| *other != next);
+        others.for_each(|(_, other)| other.buffers = None);
     }
 
     /// As [`Scheduler::run_with`].
@@ -134,11 +148,11 @@ impl Auto {
         let mut base: Option<FilmBase> = None;
         let mut is_stopped = false;
         while let Some(choice) = self.chooser.next(passes - whole.passes).filter(|_| !is_stopped) {
-            self.give_up_pools(choice.candidate);
+            self.make_room(choice.candidate, passes)?;
             let scheduler = &mut self.candidates[choice.candidate];
             scheduler.seed = seed;
             if !std::mem::replace(&mut self.is_warm[choice.candidate], true) {
-                scheduler.warm_up()?;
+                scheduler.warm_up(passes)?;
             }
             let (done, items, elapsed) = (whole.passes, whole.items_started, whole.elapsed);
             let mut run = scheduler.begin_within(first + done, choice.passes, passes)?;
@@ -183,9 +197,10 @@ impl Auto {
 }
 
 impl Scheduler {
-    /// Launches every kernel once without work, so that a driver that compiles at the first launch has done so.
-    fn warm_up(&mut self) -> Result<()> {
-        let mut run = self.begin(0, 0)?;
+    /// Launches every kernel once without work, so that a driver that compiles at the first launch has done so; with the buffers of a run of
+    /// so many passes.
+    fn warm_up(&mut self, passes: u32) -> Result<()> {
+        let mut run = self.begin_within(0, 0, passes)?;
         run.open()?;
         run.step_blindly(1, 1)?;
         run.give_back();

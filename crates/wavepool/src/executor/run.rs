@@ -145,7 +145,7 @@ impl Scheduler {
     }
 
     /// The buffers of the run before when they fit, else new ones; a device without memory for the pool gets a smaller one.
-    fn allocate(&mut self, passes: u32, notes: &mut Vec<String>) -> Result<Buffers> {
+    pub(super) fn allocate(&mut self, passes: u32, notes: &mut Vec<String>) -> Result<Buffers> {
         let mut sizes = self.sizes(passes, None)?;
         let asked = sizes.pool_blocks;
         loop {

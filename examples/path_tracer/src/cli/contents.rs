@@ -133,7 +133,7 @@ fn span(animation: &Animation) -> String {
 /// How many there are of each kind.
 fn lights(scene: &Scene) -> Vec<(&'static str, usize)> {
     let count = |is: fn(&LightKind) -> bool| scene.lights.iter().filter(|light| is(&light.kind)).count();
-    let emits: Vec<bool> = scene.materials.iter().map(|material| scene.emits(material)).collect();
+    let emits = scene.emitting_materials();
     let glowing = scene.triangles.iter().filter(|triangle| emits.get(triangle.material as usize) == Some(&true)).count();
     let kinds = [
         ("point", count(|kind| matches!(kind, LightKind::Point))),

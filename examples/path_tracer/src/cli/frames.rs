@@ -1,7 +1,7 @@
 //! Options that ask for the frames of an animation, and what the files of frames are called.
 //!
-//! Key decision: numbers, ends and names are those of Blender: a range includes both ends, `####` in a name is the number with at least as
-//! many digits, and frame N shows the moment N / fps. So the frames of an exported animation are the frames of the file it came from.
+//! Key decision: numbers, ends and names are those of Blender: a range includes both ends, a run of `#` in a name is the number with at least
+//! as many digits, and frame N shows the moment N / fps. So the frames of an exported animation are the frames of the file it came from.
 
 use std::{
     ffi::OsString,
@@ -14,7 +14,7 @@ use super::{Failure, value};
 #[derive(Debug, clap::Args)]
 pub(crate) struct FrameArguments {
     /// Render these frames of an animation, both ends included: 1..24 are 24 pictures, 7 is one. Frame N shows second N / fps. Files are
-    /// numbered: the number takes the place of #### in a name, or stands before its ending as .0001.
+    /// numbered: the number takes the place of the last run of # in a name, or stands before its ending as .0001.
     #[arg(long, value_name = "A..B", allow_hyphen_values = true, value_parser = range, conflicts_with = "time")]
     pub(crate) frames: Option<Frames>,
     /// Frames per second.

@@ -81,6 +81,9 @@ impl Sheet {
         self.fill([x, y], self.cell, GREY);
         let room = [self.cell[0].saturating_sub(LEADING), self.cell[1].saturating_sub(LEADING)];
         let line_height = font::HEIGHT + LEADING;
+        if room[0] < font::ADVANCE {
+            return self.caption(index, caption);
+        }
         let lines = font::wrap(why, (room[0] / font::ADVANCE) as usize);
         for (line, row) in lines.iter().zip(0..room[1] / line_height) {
             self.write_line([x + LEADING, y + LEADING + row * line_height], line, PAPER);
@@ -155,7 +158,7 @@ fn square(n: u64, [across, down]: [u32; 2]) -> u64 {
     let (n, across, down) = (n as f64, f64::from(across), f64::from(down));
     // A first guess by area, then by whole rows.
     let mut columns = (n * down / across).sqrt().floor().max(1.0);
-    while columns * across < (n / columns).ceil() * down {
+    while columns < n && columns * across < (n / columns).ceil() * down {
         columns += 1.0;
     }
     columns as u64

@@ -46,19 +46,31 @@ pub struct Scene {
 impl Scene {
     /// True when something in the scene emits: an environment, a punctual light or the material of a triangle.
     pub fn has_light(&self) -> bool {
-        let emits: Vec<bool> = self.materials.iter().map(|material| self.emits(material)).collect();
-        let glows = |triangle: &Triangle| emits.get(triangle.material as usize) == Some(&true);
-        self.environment.is_some() || !self.lights.is_empty() || self.triangles.iter().any(glows)
+        if self.environment.is_some() || !self.lights.is_empty() {
+            return true;
+        }
+        let emits = self.emitting_materials();
+        self.triangles.iter().any(|triangle| emits.get(triangle.material as usize) == Some(&true))
     }
 
-    /// True when surfaces of the material emit somewhere: its factor is above zero where its texture is not black.
-    pub fn emits(&self, material: &Material) -> bool {
-        let image = |texture: TextureUse| self.images.get(texture.image as usize);
-        let factor = material.emissive.to_array();
-        match material.emissive_texture.and_then(image) {
-            None => material.emissive.max_element() > 0.0,
-            Some(image) => image.texels.iter().any(|texel| factor.iter().zip(texel).any(|(&factor, &value)| factor > 0.0 && value > 0)),
-        }
+    /// Which materials emit somewhere: their factor is above zero where their texture is not black.
+    ///
+    /// **Cost:** each image is looked at once.
+    pub fn emitting_materials(&self) -> Vec<bool> {
+        let mut known: Vec<Option<[bool; 3]>> = vec![None; self.images.len()];
+        let mut glows = |texture: TextureUse| {
+            let (image, known) = (self.images.get(texture.image as usize)?, known.get_mut(texture.image as usize)?);
+            Some(*known.get_or_insert_with(|| {
+                let mut glows = [false; 3];
+                image.texels.iter().for_each(|texel| glows.iter_mut().zip(texel).for_each(|(glows, &value)| *glows |= value > 0));
+                glows
+            }))
+        };
+        let mut emits = |material: &Material| {
+            let texture = material.emissive_texture.and_then(&mut glows).unwrap_or([true; 3]);
+            material.emissive.to_array().into_iter().zip(texture).any(|(factor, glows)| factor > 0.0 && glows)
+        };
+        self.materials.iter().map(&mut emits).collect()
     }
 
     /// Makes one object of all triangles that belong to none yet; without such triangles there is none of this name.

@@ -1,8 +1,9 @@
 //! Polygons of files that have them, and what such files leave to be computed: triangles and normals.
 //!
 //! Key decision: a polygon becomes the fan around its first corner, as its formats say, where that covers it exactly. Where the fan would
-//! cover what is outside (a dent, as in the wall of a room with a door), ears are cut off instead, seen along its normal. Normals shared by faces are their normals weighted by the angle at the corner, because that does not depend on
-//! how a polygon is cut into triangles.
+//! cover what is outside (a dent, as in the wall of a room with a door), ears are cut off instead, seen along the axis nearest to its normal;
+//! corners on a straight edge may go with them. Normals shared by faces are their normals weighted by the angle at the corner, because that
+//! does not depend on how a polygon is cut into triangles.
 //!
 //! **Source:** G. Thürmer and C. Wüthrich, "Computing Vertex Normals from Polygonal Facets", Journal of Graphics Tools 3(1), 1998.
 
@@ -13,8 +14,8 @@ use super::gltf::Warnings;
 use super::limits;
 use crate::error::Fault;
 
-/// Corners of the largest polygon whose ears are cut: the time may grow with their square.
-const MOST_CORNERS: usize = 4096;
+/// Corners of the largest polygon whose ears are cut: the time may grow with their third power.
+const MOST_CORNERS: usize = 512;
 /// A polygon is cut well when its triangles have its area, up to this part of it.
 const AREA_ERROR: f64 = 1e-3;
 

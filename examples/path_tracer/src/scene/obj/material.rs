@@ -1,7 +1,8 @@
 //! Materials: what a library says, in terms of the scene's model.
 //!
 //! Key decision: the exponent of Phong's highlight becomes the width of microfacets with the same curvature at its peak, `Ks` decides
-//! whether there is a highlight at all, and `illum` what is glass or a mirror. `Pr` and `Pm`, where they are, say it directly.
+//! whether there is a highlight at all, and `illum` what is glass or a mirror. `Pr` and `Pm`, where they are, say it directly, and their maps
+//! instead of them, because exporters write the number that a map has replaced.
 //!
 //! **Source:** B. Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007, section 5.3, for the exponent.
 
@@ -27,12 +28,22 @@ pub(super) struct Materials<'a> {
     known: HashMap<String, Option<u32>>,
     /// Images made of two: colours, opacities, and whether the colours count.
     cut: HashMap<(u32, u32, bool), u32>,
+    /// Images made of two: roughness and metal.
+    surfaces: HashMap<[Option<u32>; 2], u32>,
     n_texels: u64,
 }
 
 impl<'a> Materials<'a> {
     pub(super) fn new(definitions: &'a HashMap<String, Definition>, scene: &'a Path) -> Materials<'a> {
-        Materials { definitions, scene, images: Vec::new(), known: HashMap::new(), cut: HashMap::new(), n_texels: 0 }
+        Materials {
+            definitions,
+            scene,
+            images: Vec::new(),
+            known: HashMap::new(),
+            cut: HashMap::new(),
+            surfaces: HashMap::new(),
+            n_texels: 0,
+        }
     }
 
     pub(super) fn into_images(self) -> Vec<Image> {
@@ -70,6 +81,7 @@ impl<'a> Materials<'a> {
                 material.normal_texture = None;
             }
         }
+        self.surface(&mut material, definition, warnings)?;
         if let Some(map) = &definition.map_opacity {
             self.cut_out(&mut material, map, warnings)?;
         }
@@ -112,6 +124,35 @@ impl<'a> Materials<'a> {
         Ok(u32::try_from(self.images.len() - 1).unwrap_or(u32::MAX))
     }
 
+    /// Puts `map_Pr` and `map_Pm` into the green and the blue of one image, where the scene's model has them.
+    fn surface(&mut self, material: &mut Material, definition: &Definition, warnings: &mut Warnings) -> Result<(), Fault> {
+        let mut texture = |map: &Option<Map>| map.as_ref().map_or(Ok(None), |map| self.texture(map, warnings));
+        let [roughness, metallic] = [texture(&definition.map_roughness)?, texture(&definition.map_metallic)?];
+        let Some(first) = roughness.or(metallic) else { return Ok(()) };
+        if metallic.is_some_and(|second| (first.transform, first.wrap) != (second.transform, second.wrap)) {
+            warnings.push(format!("material '{}': map_Pm lies as map_Pr does", material.name));
+        }
+        let key = [roughness, metallic].map(|texture| texture.map(|texture| texture.image));
+        let image = match self.surfaces.get(&key) {
+            Some(&known) => known,
+            None => {
+                let [roughness, metallic] = key.map(|image| self.images.get(image? as usize));
+                let Some(made) = surface_of(roughness, metallic) else { return Ok(()) };
+                let image = self.add(made)?;
+                self.surfaces.insert(key, image);
+                image
+            }
+        };
+        material.metallic_roughness_texture = Some(TextureUse { image, ..first });
+        if roughness.is_some() {
+            material.roughness = 1.0;
+        }
+        if metallic.is_some() {
+            material.metallic = 1.0;
+        }
+        Ok(())
+    }
+
     /// Puts `map_d` into the alpha of the base colour, where the scene's model has it.
     fn cut_out(&mut self, material: &mut Material, map: &Map, warnings: &mut Warnings) -> Result<(), Fault> {
         let Some(mask) = self.texture(map, warnings)? else { return Ok(()) };
@@ -144,7 +185,8 @@ fn factors(name: &str, definition: &Definition, warnings: &mut Warnings) -> Mate
     let diffuse = unit(definition.diffuse.unwrap_or(Vec3::splat(if definition.map_diffuse.is_some() { 1.0 } else { 0.8 })));
     let specular = unit(definition.specular.unwrap_or(Vec3::ZERO));
     let opacity = definition.opacity.unwrap_or(1.0).clamp(0.0, 1.0);
-    let physical = definition.roughness.is_some() || definition.metallic.is_some();
+    let has_maps = definition.map_roughness.is_some() || definition.map_metallic.is_some();
+    let physical = definition.roughness.is_some() || definition.metallic.is_some() || has_maps;
     // A number below 1 is what exporters write that do not know it, and no glass.
     let ior = definition.ior.filter(|&ior| ior > 1.0);
     let model = definition.model.unwrap_or(2.0);
@@ -200,18 +242,36 @@ fn is_grey(image: &Image) -> bool {
 /// The colours of one image with the opacities of another: its alpha where it has one, its brightness where it has none.
 fn with_alpha(colors: &Image, opacities: &Image, with_color: bool) -> Image {
     let has_alpha = opacities.texels.iter().any(|texel| texel[3] < 255);
-    let texels = colors.texels.iter().enumerate().map(|(index, &[r, g, b, _])| {
-        // The texel of the mask that lies below the middle of this one.
-        let (x, y) = (index as u64 % u64::from(colors.width), index as u64 / u64::from(colors.width));
-        let at = |place: u64, from: u32, to: u32| (2 * place + 1) * u64::from(to) / (2 * u64::from(from));
-        let at = at(y, colors.height, opacities.height) * u64::from(opacities.width) + at(x, colors.width, opacities.width);
-        let mask = usize::try_from(at).ok().and_then(|at| opacities.texels.get(at)).copied().unwrap_or([255; 4]);
-        let bright = (u16::from(mask[0]) + u16::from(mask[1]) + u16::from(mask[2])) / 3;
-        let alpha = if has_alpha { mask[3] } else { u8::try_from(bright).unwrap_or(u8::MAX) };
+    let texels = colors.texels.iter().zip(below(colors, opacities)).map(|(&[r, g, b, _], mask)| {
+        let alpha = if has_alpha { mask[3] } else { brightness(mask) };
         if with_color { [r, g, b, alpha] } else { [255, 255, 255, alpha] }
     });
     let name = format!("{} cut out by {}", colors.name, opacities.name);
     Image { name, width: colors.width, height: colors.height, texels: texels.collect() }
+}
+
+/// Roughness in green and metal in blue, of the size of the first; what is not given is 1.
+fn surface_of(roughness: Option<&Image>, metallic: Option<&Image>) -> Option<Image> {
+    let first = roughness.or(metallic)?;
+    let ones = Image { name: String::new(), width: 1, height: 1, texels: vec![[255; 4]] };
+    let [green, blue] = [roughness, metallic].map(|image| image.unwrap_or(&ones));
+    let texels = below(first, green).zip(below(first, blue)).map(|(green, blue)| [255, brightness(green), brightness(blue), 255]);
+    let names: Vec<&str> = [roughness, metallic].into_iter().flatten().map(|image| image.name.as_str()).collect();
+    Some(Image { name: names.join(" with "), width: first.width, height: first.height, texels: texels.collect() })
+}
+
+/// For each texel of an image the one of another that lies below its middle.
+fn below(image: &Image, other: &Image) -> impl Iterator<Item = [u8; 4]> {
+    let at = |place: u32, from: u32, to: u32| (2 * u64::from(place) + 1) * u64::from(to) / (2 * u64::from(from));
+    let texel = move |x: u32, y: u32| {
+        let index = at(y, image.height, other.height) * u64::from(other.width) + at(x, image.width, other.width);
+        usize::try_from(index).ok().and_then(|index| other.texels.get(index)).copied().unwrap_or([255; 4])
+    };
+    (0..image.height).flat_map(move |y| (0..image.width).map(move |x| texel(x, y)))
+}
+
+fn brightness([r, g, b, _]: [u8; 4]) -> u8 {
+    u8::try_from((u16::from(r) + u16::from(g) + u16::from(b)) / 3).unwrap_or(u8::MAX)
 }
 
 #[cfg(test)]
@@ -272,5 +332,7 @@ mod tests {
         let alpha = image(1, 1, &[[9, 9, 9, 77]]);
         assert_eq!(with_alpha(&colors, &alpha, true).texels[0], [1, 2, 3, 77]);
         assert_eq!(with_alpha(&alpha, &alpha, false).texels, [[255, 255, 255, 77]]);
+        let rough = image(2, 1, &[[10, 10, 10, 255], [20, 20, 20, 255]]);
+        assert_eq!(surface_of(Some(&rough), Some(&grey)).expect("two").texels, [[255, 10, 9, 255], [255, 20, 200, 255]]);
     }
 }

@@ -39,6 +39,10 @@ pub(super) struct Definition {
     pub(super) map_diffuse: Option<Map>,
     pub(super) map_emissive: Option<Map>,
     pub(super) map_opacity: Option<Map>,
+    /// `map_Pr`.
+    pub(super) map_roughness: Option<Map>,
+    /// `map_Pm`.
+    pub(super) map_metallic: Option<Map>,
     /// `map_Bump` or `bump`.
     pub(super) map_bump: Option<Map>,
     /// `norm`.
@@ -102,6 +106,8 @@ impl Definition {
             }
             b"map_kd" => self.map_diffuse = Map::read("map_Kd", words, warnings)?,
             b"map_ke" => self.map_emissive = Map::read("map_Ke", words, warnings)?,
+            b"map_pr" => self.map_roughness = Map::read("map_Pr", words, warnings)?,
+            b"map_pm" => self.map_metallic = Map::read("map_Pm", words, warnings)?,
             b"map_d" => self.map_opacity = Map::read("map_d", words, warnings)?,
             b"map_bump" | b"bump" => self.map_bump = Map::read("map_Bump", words, warnings)?,
             b"norm" | b"map_kn" => self.map_normal = Map::read("norm", words, warnings)?,

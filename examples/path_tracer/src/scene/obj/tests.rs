@@ -5,7 +5,7 @@ use std::path::Path;
 
 use glam::{Vec2, Vec3, Vec4};
 
-use super::super::model::{AlphaMode, Scene, Wrap};
+use super::super::model::{AlphaMode, Material, Scene, Wrap};
 use super::read;
 
 fn load_in(folder: &Path, text: &str) -> Result<Scene, String> {
@@ -151,6 +151,27 @@ fn libraries_and_textures_lie_beside_the_file() {
     for words in ["'Kd' before the first newmtl", "'-mm'", "'Ka' of materials", "the heights of map_Bump 'holes.png'"] {
         assert!(has(&scene, words), "{words}: {:?}", scene.warnings);
     }
+}
+
+// Kills: roughness read as metal, maps alone on a surface that reflects nothing, the number beside a map that is multiplied into it, a picture for each material that asks for it.
+#[test]
+fn maps_of_roughness_and_metal_share_a_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    png(folder.path(), "rough.png", &[[64, 64, 64, 255], [128, 128, 128, 255]]);
+    png(folder.path(), "metal.png", &[[255, 255, 255, 255]]);
+    let library = "newmtl both\nPr 0.5\nPm 0\nmap_Pr rough.png\nmap_Pm metal.png\nnewmtl rough\nPr 0.5\nPm 0\nmap_Pr rough.png\n\
+        newmtl same\nmap_Pm metal.png\nmap_Pr rough.png\nnewmtl none\nPr 0.25\nmap_Pr gone.png\n";
+    fs::write(folder.path().join("m.mtl"), library).unwrap();
+    let faces: String = ["both", "rough", "same", "none"].map(|name| format!("usemtl {name}\nf 1 2 3\n")).concat();
+    let scene = load_in(folder.path(), &format!("mtllib m.mtl\n{SQUARE}{faces}")).unwrap();
+    let [both, rough, same, none] = &scene.materials[..] else { panic!("{}", scene.materials.len()) };
+    let image = |material: &Material| &scene.images[material.metallic_roughness_texture.unwrap().image as usize];
+    assert_eq!((both.roughness, both.metallic), (1.0, 1.0));
+    assert_eq!(image(both).texels, [[255, 64, 255, 255], [255, 128, 255, 255]]);
+    assert_eq!((rough.roughness, rough.metallic, image(rough).texels[0][1]), (1.0, 0.0, 64));
+    assert_eq!((same.metallic_roughness_texture, same.ior), (both.metallic_roughness_texture, 1.5));
+    assert_eq!((none.roughness, none.metallic_roughness_texture), (0.25, None));
+    assert_eq!(scene.images.len(), 4, "two files and two that are made of them");
 }
 
 // Kills: a name that leads out of the folder in any spelling, and an error where a warning does.
