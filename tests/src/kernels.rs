@@ -157,8 +157,14 @@ fn everything() -> Scene {
         uv: [Vec2::ZERO, Vec2::ONE],
         color: Vec4::new(0.5, 1.0, 1.0, 1.0),
     };
-    let light =
-        |kind| PunctualLight { kind, position: Vec3::splat(2.0), direction: Vec3::NEG_Z, intensity: Vec3::ONE, range: f32::INFINITY };
+    let light = |kind| PunctualLight {
+        kind,
+        position: Vec3::splat(2.0),
+        direction: Vec3::NEG_Z,
+        intensity: Vec3::ONE,
+        range: f32::INFINITY,
+        profile: None,
+    };
     Scene {
         name: "everything".into(),
         vertices: [Vec3::ZERO, Vec3::X, Vec3::Y].map(vertex).to_vec(),

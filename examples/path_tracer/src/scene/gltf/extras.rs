@@ -202,7 +202,7 @@ impl<'a> CustomProperties<'a> {
         let document = self.document;
         let scene = std::iter::once(Carrier::Scene(document.scene.unwrap_or(0)));
         let nodes =
-            placed.iter().flat_map(|placed| [Some(placed.node).map(Carrier::Node), document.nodes[placed.node].mesh.map(Carrier::Mesh)]);
+            placed.iter().flat_map(|placed| [Some(Carrier::Node(placed.node)), document.nodes[placed.node].mesh.map(Carrier::Mesh)]);
         for carrier in scene.chain(nodes.flatten()) {
             for property in Property::ALL.into_iter().filter(|property| self.carries(*property, carrier)) {
                 if !self.used.contains(&(property, carrier)) {
