@@ -76,8 +76,8 @@ fn only_the_direct_sight_of_the_environment_is_gone() {
     let (Some(empty), Some(full)) = (seen(&scene, 256, 1, true), seen(&scene, 256, 1, false)) else { return };
     let alpha = alpha(&empty);
     for (pixel, alpha) in alpha.iter().enumerate() {
-        for channel in 0..3 {
-            let behind = (1.0 - alpha) * f64::from(LIGHT[channel]);
+        for (channel, light) in LIGHT.iter().enumerate() {
+            let behind = (1.0 - alpha) * f64::from(*light);
             let (found, expected) = (empty.film.mean(pixel, channel) + behind, full.film.mean(pixel, channel));
             assert!((found - expected).abs() < 1e-5, "pixel {pixel}: {found} against {expected}");
         }

@@ -4,7 +4,7 @@
 //! two: what a walk costs is mostly what it reads. Where the grid is too coarse (a village on a plain of a thousand times its size) the
 //! walk would enter too many boxes, and the corners stay as they are; which it is, the areas of all boxes decide.
 //!
-//! **Invariant:** a box on the grid holds the exact one with at least [`PAD`] cells around it, as the module `bvh_node` needs.
+//! **Invariant:** a box on the grid holds the exact one with at least a quarter of a cell around it, as the module `bvh_node` needs.
 
 use glam::DVec3;
 use obvhs::bvh2::node::Bvh2Node;
