@@ -3,10 +3,10 @@
 // Source: KHR_materials_volume.
 
 import constants::ABSORPTION_TABLE;
-import package::math::triangle::triangle_plane;
+import package::path_tracer::triangle_front::front_normal;
 import package::path_tracer::path::Path;
 import package::path_tracer::records::{NONE, TRIANGLE_MATERIAL_MASK};
-import package::path_tracer::scene_access::{load_triangle, tables};
+import package::path_tracer::scene_access::{load_triangle, table_row};
 
 // `distance` is the length of the ray in normalised space, in which the table has its coefficients.
 fn absorb(path: ptr<function, Path>, distance: f32) {
@@ -14,8 +14,8 @@ fn absorb(path: ptr<function, Path>, distance: f32) {
         return;
     }
     let triangle = load_triangle((*path).hit_triangle);
-    let coefficient = bitcast<vec3f>(tables[ABSORPTION_TABLE + (triangle.material & TRIANGLE_MATERIAL_MASK)].xyz);
-    let plane = triangle_plane(triangle.v1 - triangle.v0, triangle.v2 - triangle.v0).normal;
+    let coefficient = bitcast<vec3f>(table_row(ABSORPTION_TABLE + (triangle.material & TRIANGLE_MATERIAL_MASK)).xyz);
+    let plane = front_normal(triangle);
     if dot(plane, (*path).direction) > 0.0 {
         (*path).beta *= exp(-coefficient * distance);
     }

@@ -2,7 +2,7 @@
 // perceptual roughness. The means belong to exactly this interpolation.
 
 import package::path_tracer::records::{COAT_COSINE_CELLS, COAT_ROUGHNESS_ROWS};
-import package::path_tracer::scene_access::{tables, view};
+import package::path_tracer::scene_access::{table_row, view};
 
 struct Coat {
     // Reflectance at normal incidence; negative without a coat.
@@ -27,8 +27,8 @@ fn coat_transmittance(coat: Coat, cosine: f32) -> f32 {
     }
     let place = sqrt(clamp(cosine, 0.0, 1.0)) * f32(COAT_COSINE_CELLS);
     let cell = min(u32(place), COAT_COSINE_CELLS - 1u);
-    let low = bitcast<vec4f>(tables[coat.low_row + 1u + cell]);
-    let high = bitcast<vec4f>(tables[coat.high_row + 1u + cell]);
+    let low = bitcast<vec4f>(table_row(coat.low_row + 1u + cell));
+    let high = bitcast<vec4f>(table_row(coat.high_row + 1u + cell));
     let ends = low + (high - low) * coat.blend;
     let parts = ends.xy + (ends.zw - ends.xy) * (place - f32(cell));
     return 1.0 - (coat.f0 * parts.x + parts.y);
@@ -36,8 +36,8 @@ fn coat_transmittance(coat: Coat, cosine: f32) -> f32 {
 
 // The cosine-weighted mean of the transmittance over the hemisphere.
 fn coat_mean_transmittance(coat: Coat) -> f32 {
-    let low = bitcast<vec2f>(tables[coat.low_row].xy);
-    let high = bitcast<vec2f>(tables[coat.high_row].xy);
+    let low = bitcast<vec2f>(table_row(coat.low_row).xy);
+    let high = bitcast<vec2f>(table_row(coat.high_row).xy);
     let parts = low + (high - low) * coat.blend;
     return 1.0 - (coat.f0 * parts.x + parts.y);
 }

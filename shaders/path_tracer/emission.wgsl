@@ -1,6 +1,7 @@
 // Light that a surface emits of itself.
 
-import package::path_tracer::records::{Material, Triangle, MATERIAL_DOUBLE_SIDED, NONE};
+import package::path_tracer::records::{Material, MATERIAL_DOUBLE_SIDED, NONE};
+import package::path_tracer::scene_access::Triangle;
 @if(textures) import package::path_tracer::texture::{sample_texture, texture_coordinates};
 
 // Radiance towards a viewer in front of the triangle or behind it.

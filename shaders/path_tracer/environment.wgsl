@@ -7,7 +7,7 @@
 import package::math::angle::{angle_in_turns, cos_sin_turns};
 import package::math::random::unit_f32;
 import package::path_tracer::alias_table::pick_alias;
-import package::path_tracer::scene_access::{tables, texels, view};
+import package::path_tracer::scene_access::{table_row, table_word, texels, view};
 
 struct EnvironmentSample {
     direction: vec3f,
@@ -18,7 +18,7 @@ struct EnvironmentSample {
 
 // A row of the northern half: 1 - cos at its upper and lower edge and the solid angle of one of its texels.
 fn environment_row(index: u32) -> vec3f {
-    return bitcast<vec3f>(tables[view.environment_rows + index].xyz);
+    return bitcast<vec3f>(table_row(view.environment_rows + index).xyz);
 }
 
 fn environment_texel_radiance(texel: u32) -> vec3f {
@@ -28,7 +28,7 @@ fn environment_texel_radiance(texel: u32) -> vec3f {
 
 // Realised probability of a texel over its solid angle.
 fn environment_texel_pdf(texel: u32, solid_angle: f32) -> f32 {
-    return bitcast<f32>(tables[view.environment_pmf + (texel >> 2u)][texel & 3u]) / solid_angle;
+    return bitcast<f32>(table_word(view.environment_pmf + (texel >> 2u), texel & 3u)) / solid_angle;
 }
 
 // Which row of the northern half, counted from the pole, holds a direction at this distance from the pole.

@@ -1,13 +1,13 @@
 // Stage: adds the light that the ray ran into, weighted against light sampling, and ends paths that left or may not scatter again.
 
-@if(triangle_lights) import package::math::triangle::triangle_plane;
+@if(triangle_lights) import package::path_tracer::triangle_front::front_normal;
 @if(triangle_lights) import package::path_tracer::emission::emitted_radiance;
 @if(environment) import package::path_tracer::environment::environment_towards;
 @if(environment || triangle_lights) import package::path_tracer::found_weight::found_weight;
 @if(triangle_lights) import package::path_tracer::light_triangle::triangle_light_pdf;
 import package::path_tracer::path::Path;
-import package::path_tracer::records::{NONE, TRIANGLE_EMISSIVE, TRIANGLE_MATERIAL_MASK, TRIANGLE_ROWS};
-import package::path_tracer::scene_access::{load_light, load_material, load_triangle, triangles, view};
+import package::path_tracer::records::{NONE, TRIANGLE_EMISSIVE, TRIANGLE_MATERIAL_MASK};
+import package::path_tracer::scene_access::{load_light, load_material, load_triangle, triangle_material, view};
 
 fn gather_emission(path: ptr<function, Path>) -> u32 {
     let slot = (*path).hit_triangle;
@@ -21,12 +21,12 @@ fn gather_emission(path: ptr<function, Path>) -> u32 {
         }
         return FINISH;
     }
-    @if(triangle_lights) if (triangles[slot * TRIANGLE_ROWS + 1u].w & TRIANGLE_EMISSIVE) != 0u {
+    @if(triangle_lights) if (triangle_material(slot) & TRIANGLE_EMISSIVE) != 0u {
         let triangle = load_triangle(slot);
         let material = load_material(triangle.material & TRIANGLE_MATERIAL_MASK);
         let e1 = triangle.v1 - triangle.v0;
         let e2 = triangle.v2 - triangle.v0;
-        let plane = triangle_plane(e1, e2).normal;
+        let plane = front_normal(triangle);
         let barycentrics = (*path).hit_barycentrics;
         let is_front = dot(plane, (*path).direction) <= 0.0;
         let radiance = emitted_radiance(triangle, material, barycentrics, is_front);

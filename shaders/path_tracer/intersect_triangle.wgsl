@@ -1,5 +1,6 @@
 // Watertight ray-triangle test. A ray aimed at a shared edge or vertex meets one of the triangles, whatever the compiler contracts:
-// an edge function orders its two ends canonically, so that both triangles compute the very same number with opposite signs.
+// corners come in a canonical order (by x, then y, then z), so an edge function has the lesser end first in both triangles, which compute the
+// very same number. No sign is flipped before the comparison: a compiler might move it into the difference and contract another product.
 // Source: Woop, Benthin and Wald, JCGT 2(1), 2013; canonical order: Appendix A of our numerics.
 
 // A ray prepared for the test: the axis where its direction is largest, and the shear that turns it into the z axis.
@@ -8,9 +9,11 @@ struct RayShear {
     shear: vec3f,
 }
 
+// `barycentrics` are the weights of the second and third corner times `sum`: whoever keeps the hit divides.
 struct TriangleHit {
     t: f32,
     barycentrics: vec2f,
+    sum: f32,
     found: bool,
 }
 
@@ -30,29 +33,23 @@ fn shear_vertex(vertex: vec3f, origin: vec3f, ray: RayShear) -> vec3f {
     return vec3f(v.x - ray.shear.x * v.z, v.y - ray.shear.y * v.z, ray.shear.z * v.z);
 }
 
-// Twice the signed area of the triangle (origin, a, b) in the sheared plane.
+// Twice the signed area of the triangle (origin, a, b) in the sheared plane; `a` must be the lesser end of the edge.
 fn edge_function(a: vec2f, b: vec2f) -> f32 {
-    let swapped = b.x < a.x || (b.x == a.x && b.y < a.y);
-    let p = select(a, b, swapped);
-    let q = select(b, a, swapped);
-    let value = p.x * q.y - p.y * q.x;
-    return select(value, -value, swapped);
+    return a.x * b.y - a.y * b.x;
 }
 
-// Both sides count. `barycentrics` are the weights of the second and third vertex.
+// Both sides count.
 fn intersect_triangle(v0: vec3f, v1: vec3f, v2: vec3f, origin: vec3f, ray: RayShear) -> TriangleHit {
     let a = shear_vertex(v0, origin, ray);
     let b = shear_vertex(v1, origin, ray);
     let c = shear_vertex(v2, origin, ray);
-    let weight0 = edge_function(b.xy, c.xy);
-    let weight1 = edge_function(c.xy, a.xy);
-    let weight2 = edge_function(a.xy, b.xy);
-    let inside = min(weight0, min(weight1, weight2)) >= 0.0 || max(weight0, max(weight1, weight2)) <= 0.0;
-    let sum = weight0 + weight1 + weight2;
+    let ab = edge_function(a.xy, b.xy);
+    let bc = edge_function(b.xy, c.xy);
+    // Along the last edge the triangle lies on the other side.
+    let ac = edge_function(a.xy, c.xy);
+    let inside = (ab >= 0.0 && bc >= 0.0 && ac <= 0.0) || (ab <= 0.0 && bc <= 0.0 && ac >= 0.0);
+    let sum = bc - ac + ab;
+    let t = (bc * a.z - ac * b.z + ab * c.z) / sum;
     // A sum that small is a triangle seen edge-on; the bound is where division is still defined in a scene of unit size.
-    if !inside || abs(sum) < 1.2e-38 {
-        return TriangleHit(0.0, vec2f(0.0), false);
-    }
-    let t = (weight0 * a.z + weight1 * b.z + weight2 * c.z) / sum;
-    return TriangleHit(t, vec2f(weight1, weight2) / sum, t > 0.0);
+    return TriangleHit(t, vec2f(-ac, ab), sum, inside && abs(sum) >= 1.2e-38 && t > 0.0);
 }

@@ -3,7 +3,7 @@
 // Source: Open Image Denoise, documentation of the filter RT. The albedo of a layered material is its base colour: the reflectance of the
 // base and of a metal at normal incidence, and the tint of glass.
 
-@if(layer_albedo && triangle_lights) import package::math::triangle::triangle_plane;
+@if(layer_albedo && triangle_lights) import package::path_tracer::triangle_front::front_normal;
 @if(delta_surfaces) import package::path_tracer::delta_bsdf::is_delta;
 @if(layer_albedo && triangle_lights) import package::path_tracer::emission::emitted_radiance;
 @if(layer_albedo && environment) import package::path_tracer::environment::environment_towards;
@@ -42,7 +42,7 @@ fn note_features(path: ptr<function, Path>) {
     @if(layer_albedo) {
         var seen = base_color_at(material, triangle.vertices, barycentrics).xyz;
         @if(triangle_lights) if emits {
-            let plane = triangle_plane(triangle.v1 - triangle.v0, triangle.v2 - triangle.v0).normal;
+            let plane = front_normal(triangle);
             seen += emitted_radiance(triangle, material, barycentrics, dot(plane, (*path).direction) <= 0.0);
         }
         note_albedo(path, seen);

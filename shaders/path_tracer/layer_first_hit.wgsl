@@ -4,11 +4,11 @@
 import package::path_tracer::path::Path;
 import package::path_tracer::records::{NONE, TRIANGLE_MATERIAL_MASK};
 @if(layer_object || layer_material) import constants::LAYER_TABLE;
-import package::path_tracer::scene_access::{load_triangle, tables, view};
+import package::path_tracer::scene_access::{load_triangle, table_word, view};
 
 fn note_first_hit(path: ptr<function, Path>) {
     let slot = (*path).hit_triangle;
-    @if(layer_object || layer_material) let is_first = (*path).sample == tables[LAYER_TABLE].x;
+    @if(layer_object || layer_material) let is_first = (*path).sample == table_word(LAYER_TABLE, 0u);
     if slot == NONE {
         @if(layer_object) (*path).layer_object = select(0u, NONE, is_first);
         @if(layer_material) (*path).layer_material = select(0u, NONE, is_first);
@@ -22,6 +22,6 @@ fn note_first_hit(path: ptr<function, Path>) {
         @if(layer_depth) (*path).layer_depth = dot(position - view.camera_origin, view.camera_forward);
         @if(layer_position) (*path).layer_position = position;
     }
-    @if(layer_object) (*path).layer_object = select(0u, tables[LAYER_TABLE + 1u + (slot >> 2u)][slot & 3u], is_first);
+    @if(layer_object) (*path).layer_object = select(0u, table_word(LAYER_TABLE + 1u + (slot >> 2u), slot & 3u), is_first);
     @if(layer_material) (*path).layer_material = select(0u, triangle.material & TRIANGLE_MATERIAL_MASK, is_first);
 }

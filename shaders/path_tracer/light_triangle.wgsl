@@ -2,7 +2,7 @@
 
 import package::math::offset::{hit_point_error, offset_point};
 import package::math::random::unit_f32;
-import package::math::triangle::triangle_plane;
+import package::path_tracer::triangle_front::front_normal;
 @if(alpha) import package::path_tracer::alpha::coverage;
 import package::path_tracer::emission::emitted_radiance;
 import package::path_tracer::light_sample::LightSample;
@@ -31,15 +31,15 @@ fn sample_triangle_light(light: Light, reference: vec3f, words: vec2u) -> LightS
     let barycentrics = vec2f(root * (1.0 - unit_f32(words.y)), root * unit_f32(words.y));
     let e1 = triangle.v1 - triangle.v0;
     let e2 = triangle.v2 - triangle.v0;
-    let plane = triangle_plane(e1, e2);
+    let normal = front_normal(triangle);
     let point = triangle.v0 + barycentrics.x * e1 + barycentrics.y * e2;
     let offset = point - reference;
-    let is_front = dot(plane.normal, offset) < 0.0;
+    let is_front = dot(normal, offset) < 0.0;
     var radiance = emitted_radiance(triangle, material, barycentrics, is_front);
     @if(alpha) if (triangle.material & TRIANGLE_ALPHA) != 0u {
         radiance *= coverage(material, base_color_at(material, triangle.vertices, barycentrics).w);
     }
-    let target_point = offset_point(point, plane.normal, hit_point_error(triangle.v0, e1, e2), -offset);
-    let pdf = triangle_light_pdf(light.inverse_area, offset, plane.normal);
+    let target_point = offset_point(point, normal, hit_point_error(triangle.v0, e1, e2), -offset);
+    let pdf = triangle_light_pdf(light.inverse_area, offset, normal);
     return LightSample(target_point, false, offset * inverseSqrt(max(dot(offset, offset), 7.888609052210118e-31)), radiance, pdf, false);
 }

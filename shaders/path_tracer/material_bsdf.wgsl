@@ -6,7 +6,8 @@ import package::path_tracer::bsdf::Bsdf;
 @if(interfaces) import package::path_tracer::coat::{Coat, coat_mean_transmittance, coat_of};
 @if(transmission) import package::path_tracer::glass::Glass;
 @if(interfaces) import package::path_tracer::microfacet::Microfacets;
-import package::path_tracer::records::{Material, Triangle, MATERIAL_COAT, MATERIAL_SOLID, NONE};
+import package::path_tracer::records::{Material, MATERIAL_COAT, MATERIAL_SOLID, NONE};
+import package::path_tracer::scene_access::Triangle;
 import package::path_tracer::texture::base_color_at;
 @if(textures) import package::path_tracer::texture::{sample_texture, texture_coordinates};
 

@@ -8,8 +8,10 @@ import package::math::offset::{hit_point_error, inset_point};
 import package::math::onb::{Frame, frame_around};
 import package::math::triangle::triangle_plane;
 import package::math::vector::{max_component, normalize_or};
-import package::path_tracer::records::{Material, Triangle, NONE};
+import package::path_tracer::records::{Material, NONE};
+import package::path_tracer::scene_access::Triangle;
 import package::path_tracer::texture::interpolate_row;
+import package::path_tracer::triangle_front::towards_front;
 @if(normal_maps) import package::path_tracer::texture::{sample_texture, texture_coordinates};
 
 struct Surface {
@@ -28,10 +30,10 @@ fn surface_at(triangle: Triangle, material: Material, barycentrics: vec2f, wo: v
     let e1 = triangle.v1 - triangle.v0;
     let e2 = triangle.v2 - triangle.v0;
     let shape = triangle_plane(e1, e2);
-    let plane = shape.normal;
+    let plane = towards_front(triangle, shape.normal);
     let error = hit_point_error(triangle.v0, e1, e2);
     let interpolated = triangle.v0 + barycentrics.x * e1 + barycentrics.y * e2;
-    let position = inset_point(interpolated, barycentrics, e1, e2, plane, shape.area, max_component(error));
+    let position = inset_point(interpolated, barycentrics, e1, e2, shape.normal, shape.area, max_component(error));
     let is_front = dot(plane, wo) >= 0.0;
     let normal = select(-plane, plane, is_front);
     let shading = shading_normal(triangle, material, barycentrics, plane);

@@ -5,15 +5,15 @@ import constants::VERTEX_ROWS;
 @if(textures) import constants::VERTEX_UV_ROW;
 import package::path_tracer::records::Material;
 @if(textures) import package::path_tracer::records::{Texture, NONE, TEXTURE_LINEAR, TEXTURE_SECOND_UV, TEXTURE_WRAP_U_SHIFT, TEXTURE_WRAP_V_SHIFT};
-import package::path_tracer::scene_access::{triangles, view};
+import package::path_tracer::scene_access::{triangle_row, view};
 @if(textures) import package::path_tracer::scene_access::{load_texture, texels};
 
 // One row of the attributes of three vertices, interpolated.
 fn interpolate_row(vertices: vec3u, row: u32, barycentrics: vec2f) -> vec4f {
     let at = view.vertices + vertices * VERTEX_ROWS + row;
-    let a = bitcast<vec4f>(triangles[at.x]);
-    let b = bitcast<vec4f>(triangles[at.y]);
-    let c = bitcast<vec4f>(triangles[at.z]);
+    let a = bitcast<vec4f>(triangle_row(at.x));
+    let b = bitcast<vec4f>(triangle_row(at.y));
+    let c = bitcast<vec4f>(triangle_row(at.z));
     return a + (b - a) * barycentrics.x + (c - a) * barycentrics.y;
 }
 

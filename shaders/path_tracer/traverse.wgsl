@@ -13,8 +13,8 @@ import constants::BVH_STACK;
 @if(alpha) import package::path_tracer::alpha::is_present;
 import package::path_tracer::bvh_node::{child_of_node, ray_for_boxes, ENTER_SLACK};
 import package::path_tracer::intersect_triangle::{intersect_triangle, shear_of_ray};
-import package::path_tracer::records::{NONE, TRIANGLE_ALPHA, TRIANGLE_ROWS};
-import package::path_tracer::scene_access::{triangles, view};
+import package::path_tracer::records::{NONE, TRIANGLE_ALPHA};
+import package::path_tracer::scene_access::{triangle_corners, triangle_id, triangle_material, view};
 
 const NODE_FIRST_MASK: u32 = 0x0fffffffu;
 const NODE_COUNT_SHIFT: u32 = 28u;
@@ -49,13 +49,13 @@ fn traverse(origin: vec3f, direction: vec3f, t_max: f32, left: u32, key: vec4u, 
             let limit = best.t + slack;
             let child0 = child_of_node(node, boxes, limit);
             let child1 = child_of_node(node + 1u, boxes, limit);
-            let second_nearer = child1.enter < child0.enter;
-            if max(child0.enter, child1.enter) <= limit {
-                stack[height] = select(child1.node, child0.node, second_nearer);
+            let second_first = child1.is_met && (!child0.is_met || child1.enter < child0.enter);
+            if child0.is_met && child1.is_met {
+                stack[height] = select(child1.node, child0.node, second_first);
                 height += 1u;
             }
-            if min(child0.enter, child1.enter) <= limit {
-                node = select(child0.node, child1.node, second_nearer);
+            if child0.is_met || child1.is_met {
+                node = select(child0.node, child1.node, second_first);
             } else {
                 height -= 1u;
                 node = stack[height];
@@ -67,21 +67,18 @@ fn traverse(origin: vec3f, direction: vec3f, t_max: f32, left: u32, key: vec4u, 
         let first = node & NODE_FIRST_MASK;
         let end = first + (node >> NODE_COUNT_SHIFT);
         for (var slot = first; slot < end; slot += 1u) {
-            let row = slot * TRIANGLE_ROWS;
-            let v0 = bitcast<vec3f>(triangles[row].xyz);
-            let v1 = bitcast<vec3f>(triangles[row + 1u].xyz);
-            let v2 = bitcast<vec3f>(triangles[row + 2u].xyz);
-            let hit = intersect_triangle(v0, v1, v2, origin, ray);
+            let corners = triangle_corners(slot);
+            let hit = intersect_triangle(corners[0], corners[1], corners[2], origin, ray);
             if hit.found && hit.t <= best.t && slot != left {
                 var closest = hit.t < best.t;
                 if !closest && best.triangle != NONE {
-                    closest = triangles[row].w < triangles[best.triangle * TRIANGLE_ROWS].w;
+                    closest = triangle_id(slot) < triangle_id(best.triangle);
                 }
-                @if(alpha) if closest && (triangles[row + 1u].w & TRIANGLE_ALPHA) != 0u {
-                    closest = is_present(slot, triangles[row].w, hit.barycentrics, key);
+                @if(alpha) if closest && (triangle_material(slot) & TRIANGLE_ALPHA) != 0u {
+                    closest = is_present(slot, triangle_id(slot), hit.barycentrics / hit.sum, key);
                 }
                 if closest {
-                    best = Hit(slot, hit.barycentrics, hit.t);
+                    best = Hit(slot, hit.barycentrics / hit.sum, hit.t);
                 }
             }
         }

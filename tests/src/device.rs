@@ -2,6 +2,9 @@
 //!
 //! Key decision: the Vulkan loader chooses drivers when an instance is made, by environment variables; a process cannot change its mind.
 //! So every other driver gets a process of its own: the test binary runs itself.
+//!
+//! Mesa's software driver keeps compiled shaders on disk and does not tell widths apart there (25.0: the key is made of the driver, its
+//! flags, the processor and the shader). A process of 128 bits would run what one of 256 bits has compiled, so every width has a cache of its own.
 
 use std::{ops::ControlFlow, path::PathBuf, process::Command, sync::OnceLock};
 
@@ -80,13 +83,18 @@ pub fn levels() -> Vec<Level> {
     let Some(gpu) = gpu() else { return Vec::new() };
     let of = |name: &str, variables, adapter| Level { name: name.to_owned(), variables, adapter };
     let mut levels: Vec<Level> = match gpu.facts.name.starts_with("llvmpipe") {
-        true => {
-            LAVAPIPE_WIDTHS.iter().map(|(name, bits)| of(name, vec![("LP_NATIVE_VECTOR_WIDTH", (*bits).to_owned())], "llvmpipe")).collect()
-        }
+        true => LAVAPIPE_WIDTHS.iter().map(|(name, bits)| of(name, variables_of_width(bits), "llvmpipe")).collect(),
         false => vec![of(&gpu.facts.name, Vec::new(), "")],
     };
     levels.extend(swiftshader());
     levels
+}
+
+/// A width and a cache of its own, beside the test binaries.
+fn variables_of_width(bits: &str) -> Vec<(&'static str, String)> {
+    let binary = std::env::current_exe().expect("a running program has a file");
+    let cache = binary.with_file_name(format!("shaders-of-{bits}-bits"));
+    vec![("LP_NATIVE_VECTOR_WIDTH", bits.to_owned()), ("MESA_SHADER_CACHE_DIR", cache.display().to_string())]
 }
 
 fn swiftshader() -> Option<Level> {

@@ -145,7 +145,7 @@ fn fine() -> Scene {
 }
 
 /// One triangle that calls for every effect.
-fn everything() -> Scene {
+pub fn everything() -> Scene {
     let texture = |image| {
         let wrap = [Wrap::Mirror, Wrap::Clamp];
         Some(TextureUse { image, uv_set: 1, wrap, linear: true, transform: [Vec3::X, Vec3::Y] })

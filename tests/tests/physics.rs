@@ -10,6 +10,8 @@ mod alpha;
 mod hierarchy;
 #[path = "physics/layers.rs"]
 mod layers;
+#[path = "physics/placement.rs"]
+mod placement;
 #[path = "physics/volume.rs"]
 mod volume;
 

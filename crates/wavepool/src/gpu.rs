@@ -26,6 +26,8 @@ pub struct GpuContext {
 pub struct GpuOptions {
     /// Part of the adapter's or driver's name, any case; also taken from `WAVEPOOL_ADAPTER`.
     pub adapter: Option<String>,
+    /// Ask for nothing that WebGPU does not have: no timestamps inside passes, no numbers of 64 bits. To see what these are worth.
+    pub webgpu_only: bool,
 }
 
 /// What an adapter says about itself.
@@ -121,7 +123,8 @@ impl GpuContext {
         let mut limits = wgpu::Limits::default();
         limits.max_storage_buffer_binding_size = limits.max_storage_buffer_binding_size.max(offered.max_storage_buffer_binding_size);
         limits.max_buffer_size = limits.max_buffer_size.max(offered.max_buffer_size);
-        let wished = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES;
+        let native = wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES | wgpu::Features::SHADER_INT64;
+        let wished = wgpu::Features::TIMESTAMP_QUERY | if options.webgpu_only { wgpu::Features::empty() } else { native };
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("wavepool"),
             required_limits: limits,

@@ -147,7 +147,10 @@ impl Renderer {
     pub fn new(gpu: &GpuContext, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
         let (device, limits) = (&gpu.device, gpu.device.limits());
         let binding_limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        let packed = pack(scene, settings, binding_limit)?;
+        // Where a GPU is simulated, uniform memory is the faster one; numbers of 64 bits make it so.
+        let wants_uniform = gpu.facts.is_software() && device.features().contains(wgpu::Features::SHADER_INT64);
+        let uniform_limit = if wants_uniform { limits.max_uniform_buffer_binding_size } else { 0 };
+        let packed = pack(scene, settings, binding_limit, uniform_limit)?;
         let program = program_of(&packed)?;
         let resources = upload(device, &packed)?;
         let (width, height) = (settings.width, settings.height);
@@ -174,7 +177,7 @@ impl Renderer {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn program_with(scene: &Scene, settings: &Settings) -> Result<Program, Error> {
-        program_of(&pack(scene, settings, u64::from(u32::MAX))?)
+        program_of(&pack(scene, settings, u64::from(u32::MAX), 0)?)
     }
 
     /// What packing had to change, one line each.
@@ -247,7 +250,7 @@ const STAGES: [&str; 6] = ["trace", LAYER_STAGE, "gather_emission", "sample_ligh
 const LIGHT_STAGES: [&str; 2] = ["sample_light", "trace_shadow"];
 const LAYER_STAGE: &str = "gather_layers";
 
-fn pack(scene: &Scene, settings: &Settings, binding_limit: u64) -> Result<GpuScene, Error> {
+fn pack(scene: &Scene, settings: &Settings, binding_limit: u64, uniform_limit: u64) -> Result<GpuScene, Error> {
     let aspect = settings.width as f32 / settings.height.max(1) as f32;
     let camera = settings.camera.clone().or_else(|| scene.cameras.first().cloned()).unwrap_or_else(|| frame(scene.bounds(), aspect));
     let options = PackOptions {
@@ -260,6 +263,7 @@ fn pack(scene: &Scene, settings: &Settings, binding_limit: u64) -> Result<GpuSce
         transparent: settings.transparent,
         first_sample: settings.first_sample,
         binding_limit,
+        uniform_limit,
         ..PackOptions::default()
     };
     Ok(GpuScene::pack(scene, &camera, &options)?)
@@ -294,12 +298,13 @@ fn program_from(packed: &GpuScene, modules: Vec<ProgramModule>, features: &[(&'s
 }
 
 fn upload(device: &wgpu::Device, packed: &GpuScene) -> Result<Resources, Error> {
-    let storage = wgpu::BufferUsages::STORAGE;
+    let (storage, uniform) = (wgpu::BufferUsages::STORAGE, wgpu::BufferUsages::UNIFORM);
+    let rows = if packed.facts.uniform_rows { uniform } else { storage };
     let parts = [
-        ("view", &packed.view, wgpu::BufferUsages::UNIFORM),
-        ("bvh", &packed.bvh, storage),
-        ("triangles", &packed.triangles, storage),
-        ("tables", &packed.tables, storage),
+        ("view", &packed.view, uniform),
+        ("bvh", &packed.bvh, rows),
+        ("triangles", &packed.triangles, rows),
+        ("tables", &packed.tables, rows),
         ("texels", &packed.texels, storage),
     ];
     parts.into_iter().try_fold(Resources::new(), |resources, (name, contents, usage)| {
@@ -357,7 +362,7 @@ mod tests {
     fn without_a_request_there_are_no_layers_and_no_alpha() {
         let speaks_of_layers = |text: &str| ["layer_", "delta_surfaces", "transparent"].iter().any(|word| text.contains(word));
         for scene in scenes() {
-            let packed = pack(&scene, &Settings::default(), 1 << 30).expect("packs");
+            let packed = pack(&scene, &Settings::default(), 1 << 30, 0).expect("packs");
             let program = program_of(&packed).unwrap_or_else(|error| panic!("{error}"));
             let mut modules = packed.program_modules();
             let before = modules.len();
@@ -385,7 +390,7 @@ mod tests {
                 assert!(!texts(&program)[0].contains("fn gather_layers"), "{}", scene.name);
             }
             // Nor do the buffers hold anything for them.
-            let numbered = pack(&scene, &Settings { first_sample: 9, ..Settings::default() }, 1 << 30).expect("packs");
+            let numbered = pack(&scene, &Settings { first_sample: 9, ..Settings::default() }, 1 << 30, 0).expect("packs");
             assert_eq!(numbered, packed, "{}", scene.name);
         }
     }
@@ -398,7 +403,7 @@ mod tests {
         for scene in scenes() {
             let plain = Renderer::program(&scene).unwrap_or_else(|error| panic!("{error}"));
             let leaves_of = |program: &Program| program.layout(Some(RouletteScope::Lane)).leaves.len();
-            let follows = pack(&scene, &Settings::default(), 1 << 30).expect("packs").facts.effects.delta_surfaces;
+            let follows = pack(&scene, &Settings::default(), 1 << 30, 0).expect("packs").facts.effects.delta_surfaces;
             for set in 1..128_u32 {
                 // All of them for one scene, single ones and all together for the others.
                 if !(scene.name == "cornell-box" || set.is_power_of_two() || set == 127) {
@@ -429,7 +434,7 @@ mod tests {
             for layers in [LayerRequest::NONE, LayerRequest::ALL] {
                 let [opaque, transparent] = [false, true].map(|transparent| {
                     let settings = Settings { layers, transparent, ..Settings::default() };
-                    let packed = pack(&scene, &settings, 1 << 30).expect("packs");
+                    let packed = pack(&scene, &settings, 1 << 30, 0).expect("packs");
                     let program = program_of(&packed).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
                     let parts = [packed.view, packed.bvh, packed.triangles, packed.tables, packed.texels];
                     (program, parts)

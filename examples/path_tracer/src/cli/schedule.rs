@@ -74,7 +74,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     scene.reframe(width as f32 / height as f32);
     scene.warnings.iter().for_each(|warning| eprintln!("note: {warning}"));
 
-    let gpu = GpuContext::new(&GpuOptions { adapter: arguments.adapter.clone() })?;
+    let gpu = GpuContext::new(&GpuOptions { adapter: arguments.adapter.clone(), ..GpuOptions::default() })?;
     say(format_args!("adapter:  {}", gpu.facts));
     let instruments = Instruments { steps: true, lengths: true, ..Instruments::default() };
     let settings =

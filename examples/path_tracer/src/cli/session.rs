@@ -139,7 +139,7 @@ impl<'a> Session<'a> {
             let what = "nobody can look on (--preview, --tev) while schedules take turns";
             return Err(Failure::Usage(format!("--schedule {}: {what}", settings.schedule)));
         }
-        let gpu = GpuContext::new(&GpuOptions { adapter: self.arguments.adapter.clone() })?;
+        let gpu = GpuContext::new(&GpuOptions { adapter: self.arguments.adapter.clone(), ..GpuOptions::default() })?;
         Ok(Equipment { gpu, watch })
     }
 }

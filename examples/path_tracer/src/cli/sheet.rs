@@ -104,7 +104,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let cell = [arguments.size.width, arguments.size.height];
     let too_large = |what: String| Failure::Usage(format!("--size {}: {what}", arguments.size));
     let mut sheet = Sheet::new(entries.len(), cell, arguments.columns).map_err(too_large)?;
-    let gpu = GpuContext::new(&GpuOptions { adapter: arguments.adapter.clone() })?;
+    let gpu = GpuContext::new(&GpuOptions { adapter: arguments.adapter.clone(), ..GpuOptions::default() })?;
     voice.say(format_args!("adapter:  {}", gpu.facts));
     let options = Options { exposure: arguments.exposure, tone_map: arguments.tone_map.into(), ..Options::default() };
     stop::listen()?;

@@ -1,7 +1,8 @@
 //! Triangles and vertex attributes as one buffer.
 //!
-//! Key decision: a triangle carries its corners, so that the walk reads 48 contiguous bytes and no index; attributes are shared per vertex
-//! and hold only what the scene's materials ask for.
+//! Key decision: a triangle carries its corners, so that the walk reads nine contiguous words and no index; attributes are shared per vertex
+//! and hold only what the scene's materials ask for. Corners are sorted: two triangles run through a common edge in the same direction, which
+//! the walk's test relies on; a flag says whether that turned the triangle over.
 //!
 //! **Invariant:** every packed triangle has an area and finite corners; what is dropped is counted.
 
@@ -60,14 +61,25 @@ pub(crate) fn pack(
     let hierarchy = Hierarchy::build(&corners)?;
     let record = |&leaf: &u32| {
         let id = kept[leaf as usize];
-        let [v0, v1, v2] = corners[leaf as usize].map(|corner| corner.to_array());
         let triangle = scene.triangles[id];
-        let material = triangle.material | flags(&materials[triangle.material as usize]);
-        TriangleRecord { v0, id: id as u32, v1, material, v2, light: NONE, vertices: triangle.vertices, pad: 0 }
+        let (order, is_clockwise) = canonical_order(&corners[leaf as usize]);
+        let [v0, [v1_x, a, b], [c, d, v2_z]] = order.map(|corner| corners[leaf as usize][corner].to_array());
+        let turn = if is_clockwise { triangle_flags::CLOCKWISE } else { 0 };
+        let material = triangle.material | flags(&materials[triangle.material as usize]) | turn;
+        let vertices = order.map(|corner| triangle.vertices[corner]);
+        TriangleRecord { v0, v1_x, v1_yz_v2_xy: [a, b, c, d], v2_z, id: id as u32, material, light: NONE, vertices, pad: 0 }
     };
     let triangles = hierarchy.order.iter().map(record).collect();
     let areas = hierarchy.order.iter().map(|&leaf| doubled_area(&corners[leaf as usize]) * 0.5).collect();
     Ok(Geometry { hierarchy, triangles, areas })
+}
+
+/// The corners from the least to the greatest, by x, then y, then z, and whether that turns a triangle over.
+fn canonical_order(corners: &[Vec3; 3]) -> ([usize; 3], bool) {
+    let mut order = [0, 1, 2];
+    let key = |corner: usize| corners[corner].to_array();
+    order.sort_by(|&a, &b| key(a).partial_cmp(&key(b)).unwrap_or(std::cmp::Ordering::Equal));
+    (order, matches!(order, [0, 2, 1] | [1, 0, 2] | [2, 1, 0]))
 }
 
 fn flags(material: &MaterialRecord) -> u32 {
@@ -140,6 +152,25 @@ mod tests {
         let geometry = geometry.expect("one good triangle");
         assert_eq!(geometry.triangles.iter().map(|triangle| triangle.id).collect::<Vec<_>>(), [2]);
         assert_eq!(warnings, ["2 triangles have no area and were dropped"]);
+    }
+
+    // Kills: corners left as they are, a flag that is set for the other half of the orders, attributes that stay behind.
+    #[test]
+    fn corners_are_sorted_and_their_sense_is_kept() {
+        let points = [Vec3::new(0.5, -1.0, 0.0), Vec3::new(0.5, -1.0, -0.25), Vec3::new(-0.5, 0.5, 0.125)];
+        for triangle in [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]] {
+            let (geometry, _) = packed(&scene(&points, &[triangle]));
+            let record = geometry.expect("one triangle").triangles[0];
+            let [a, b, c, d] = record.v1_yz_v2_xy;
+            let corners = [Vec3::from(record.v0), Vec3::new(record.v1_x, a, b), Vec3::new(c, d, record.v2_z)];
+            let normalisation = Normalisation::of(points.into_iter());
+            assert_eq!(record.vertices, [2, 1, 0]);
+            assert_eq!(corners, [2, 1, 0].map(|index: usize| normalisation.point(points[index])));
+            let normal = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a);
+            let front = normal(triangle.map(|index| points[index as usize]));
+            let is_clockwise = record.material & triangle_flags::CLOCKWISE != 0;
+            assert_eq!(normal(corners).dot(front) < 0.0, is_clockwise, "{triangle:?}");
+        }
     }
 
     // Kills: an index that is looked up without a check.

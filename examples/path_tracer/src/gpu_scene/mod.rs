@@ -18,6 +18,7 @@ mod lights;
 mod materials;
 pub mod nodes;
 pub mod normalise;
+mod placement;
 pub mod record;
 pub mod records;
 mod tables;
@@ -61,6 +62,8 @@ pub struct PackOptions {
     pub first_sample: u32,
     /// Bytes that one binding can hold.
     pub binding_limit: u64,
+    /// Bytes that one uniform binding can hold, where rows had better lie in uniform memory; 0: never. It takes numbers of 64 bits.
+    pub uniform_limit: u64,
 }
 
 impl Default for PackOptions {
@@ -77,6 +80,7 @@ impl Default for PackOptions {
             transparent: false,
             first_sample: 0,
             binding_limit: 128 << 20,
+            uniform_limit: 0,
         }
     }
 }
@@ -108,6 +112,8 @@ pub struct Facts {
     pub bvh_depth: u32,
     /// Nodes lie on a grid: see [`nodes`].
     pub compact_nodes: bool,
+    /// Rows lie in uniform memory, as numbers of 64 bits: bindings 1 to 3 are uniform buffers.
+    pub uniform_rows: bool,
     /// Everything that was dropped, clamped or reduced; one line each, names the thing.
     pub warnings: Vec<String>,
 }
@@ -205,11 +211,19 @@ impl GpuScene {
         facts.compact_nodes = nodes.is_compact;
         facts.effects = effects;
         let limit = options.binding_limit;
+        let mut bvh = bounded("nodes of the hierarchy", bytemuck::cast_slice(&nodes.rows).to_vec(), limit)?;
+        let mut triangles = bounded("triangles and vertices", triangles, limit)?;
+        let mut rows = bounded("materials and lights", bytemuck::cast_slice(&tables.rows).to_vec(), limit)?;
+        facts.uniform_rows = placement::is_uniform(&[&bvh, &triangles, &rows], options.uniform_limit);
+        if facts.uniform_rows {
+            let buffers = [("BVH_BUFFER_ROWS", &mut bvh), ("TRIANGLE_BUFFER_ROWS", &mut triangles), ("TABLE_BUFFER_ROWS", &mut rows)];
+            constants.extend(buffers.map(|(name, bytes)| (name, placement::fill(bytes))));
+        }
         Ok(GpuScene {
             view: bytemuck::bytes_of(&view).to_vec(),
-            bvh: bounded("nodes of the hierarchy", bytemuck::cast_slice(&nodes.rows).to_vec(), limit)?,
-            triangles: bounded("triangles and vertices", triangles, limit)?,
-            tables: bounded("materials and lights", bytemuck::cast_slice(&tables.rows).to_vec(), limit)?,
+            bvh,
+            triangles,
+            tables: rows,
             texels: bounded("texels", bytemuck::cast_slice(&tables.texels).to_vec(), limit)?,
             normalisation,
             constants,
@@ -219,10 +233,11 @@ impl GpuScene {
         })
     }
 
-    /// What conditions in the modules may ask for: effects of the scene, layers of the request, whether the picture is transparent, and the
-    /// form of the nodes.
+    /// What conditions in the modules may ask for: effects of the scene, layers of the request, whether the picture is transparent, the form
+    /// of the nodes and the placement of rows.
     pub fn features(&self) -> Vec<(&'static str, bool)> {
-        let rest = [("transparent", self.transparent), ("compact_nodes", self.facts.compact_nodes)];
+        let forms = [("compact_nodes", self.facts.compact_nodes), ("uniform_rows", self.facts.uniform_rows)];
+        let rest = [("transparent", self.transparent)].into_iter().chain(forms);
         self.facts.effects.features().into_iter().chain(self.layers.features()).chain(rest).collect()
     }
 

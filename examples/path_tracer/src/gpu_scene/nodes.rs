@@ -60,9 +60,10 @@ impl NodeRows {
     }
 
     fn compact(nodes: &[Bvh2Node]) -> NodeRows {
+        // A word for each axis, so that a ray takes its near plane by one shift and its far plane by another.
         let row = |node: &Bvh2Node| {
             let [low, high] = on_grid(node);
-            [low[0] | low[1] << 16, low[2] | high[0] << 16, high[1] | high[2] << 16, word(node)]
+            [low[0] | high[0] << 16, low[1] | high[1] << 16, low[2] | high[2] << 16, word(node)]
         };
         NodeRows { rows: nodes.iter().map(row).collect(), is_compact: true }
     }
@@ -107,7 +108,7 @@ mod tests {
         let packed = NodeRows::compact(&hierarchy.nodes);
         assert_eq!(packed.rows.len(), hierarchy.nodes.len());
         for (node, row) in hierarchy.nodes.iter().zip(&packed.rows) {
-            let cells = [row[0] & 0xffff, row[0] >> 16, row[1] & 0xffff, row[1] >> 16, row[2] & 0xffff, row[2] >> 16];
+            let cells = [row[0] & 0xffff, row[1] & 0xffff, row[2] & 0xffff, row[0] >> 16, row[1] >> 16, row[2] >> 16];
             let plane = |cell: u32| (f64::from(cell) - f64::from(GRID_HALF)) / f64::from(GRID_CELLS);
             let (pad, most) = (PAD / f64::from(GRID_CELLS), (PAD + 1.0) / f64::from(GRID_CELLS));
             for axis in 0..3 {
@@ -125,11 +126,12 @@ mod tests {
         let cell = 1.0 / GRID_CELLS as f32;
         let reciprocal = direction.recip();
         let (scale, offset) = (reciprocal * cell, (Vec3::splat(-(GRID_HALF as f32) * cell) - origin) * reciprocal);
-        let low = Vec3::new((row[0] & 0xffff) as f32, (row[0] >> 16) as f32, (row[1] & 0xffff) as f32);
-        let high = Vec3::new((row[1] >> 16) as f32, (row[2] & 0xffff) as f32, (row[2] >> 16) as f32);
-        let (a, b) = (low * scale + offset, high * scale + offset);
-        let (near, far) = (a.min(b), a.max(b));
-        near.max_element().max(0.0) <= far.min_element() * 1.000_003_8
+        let near_shift = |axis: usize| if reciprocal[axis] < 0.0 { 16 } else { 0 };
+        let plane = |axis: usize, shift: u32| (row[axis] >> shift & 0xffff) as f32 * scale[axis] + offset[axis];
+        let bits = |t: f32| t.to_bits() as i32;
+        let near = [0, 1, 2].map(|axis| bits(plane(axis, near_shift(axis)))).into_iter().fold(0, i32::max);
+        let far = [0, 1, 2].map(|axis| bits(plane(axis, 16 - near_shift(axis)))).into_iter().fold(i32::MAX, i32::min);
+        f32::from_bits(near as u32) <= f32::from_bits(far as u32) * 1.000_003_8
     }
 
     // Kills: a margin too small for an eye far away (162 of 2800 corners are missed without one), a plane on the wrong side of the grid.

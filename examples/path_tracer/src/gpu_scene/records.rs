@@ -24,6 +24,8 @@ pub mod triangle_flags {
     pub const ALPHA: u32 = 1 << 24;
     /// The material emits.
     pub const EMISSIVE: u32 = 1 << 25;
+    /// The corners run clockwise when seen from the front.
+    pub const CLOCKWISE: u32 = 1 << 26;
 }
 
 /// Bits of [`MaterialRecord::flags`].
@@ -144,17 +146,19 @@ gpu_record! {
 
 gpu_record! {
     /// A triangle in the order of the hierarchy's leaves.
-    pub struct TriangleRecord as "Triangle" {
-        /// Normalised space.
+    pub struct TriangleRecord as "PackedTriangle" {
+        /// First corner, in normalised space like all of them. They follow each other without gaps: what a walk reads are nine words.
         v0: vec3f,
+        /// Second corner.
+        v1_x: f32,
+        /// Second corner and the beginning of the third one.
+        v1_yz_v2_xy: vec4f,
+        /// Its end.
+        v2_z: f32,
         /// Its index in the scene, which decides between coincident triangles.
         id: u32,
-        /// Normalised space.
-        v1: vec3f,
         /// Index and [`triangle_flags`].
         material: u32,
-        /// Normalised space.
-        v2: vec3f,
         /// Its entry among the lights or [`NONE`].
         light: u32,
         /// Into the vertex attributes.
@@ -285,6 +289,7 @@ const CONSTANTS: &[(&str, u32)] = &[
     ("TRIANGLE_MATERIAL_MASK", triangle_flags::MATERIAL_MASK),
     ("TRIANGLE_ALPHA", triangle_flags::ALPHA),
     ("TRIANGLE_EMISSIVE", triangle_flags::EMISSIVE),
+    ("TRIANGLE_CLOCKWISE", triangle_flags::CLOCKWISE),
     ("MATERIAL_DOUBLE_SIDED", material_flags::DOUBLE_SIDED),
     ("MATERIAL_ALPHA_MASK", material_flags::ALPHA_MASK),
     ("MATERIAL_ALPHA_BLEND", material_flags::ALPHA_BLEND),
