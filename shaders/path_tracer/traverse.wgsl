@@ -9,17 +9,15 @@
 // Among hits at exactly the same distance the triangle with the lower index in the scene wins, whatever the order of the walk.
 // Alpha is asked here: a triangle that is not there for this ray is no hit and consumes no bounce.
 
-import constants::BVH_STACK;
 @if(alpha) import package::path_tracer::alpha::is_present;
 import package::path_tracer::bvh_node::{child_of_node, ray_for_boxes, ENTER_SLACK};
 import package::path_tracer::intersect_triangle::{intersect_triangle, shear_of_ray};
 import package::path_tracer::records::{NONE, TRIANGLE_ALPHA};
 import package::path_tracer::scene_access::{triangle_corners, triangle_id, triangle_material, view};
+import package::path_tracer::walk_stack::{WALK_ENDS, empty_stack, pop_node, push_node};
 
 const NODE_FIRST_MASK: u32 = 0x0fffffffu;
 const NODE_COUNT_SHIFT: u32 = 28u;
-// Lies below everything on the stack; a leaf by its count, but no leaf has as many triangles.
-const WALK_ENDS: u32 = 0xffffffffu;
 
 struct Hit {
     triangle: u32,
@@ -40,9 +38,7 @@ fn traverse(origin: vec3f, direction: vec3f, t_max: f32, left: u32, key: vec4u, 
     let size = max(abs(origin), vec3f(1.0));
     let reach = abs(direction);
     let slack = ENTER_SLACK * max(size.x, max(size.y, size.z)) / max(reach.x, max(reach.y, reach.z));
-    var stack: array<u32, BVH_STACK + 1>;
-    stack[0] = WALK_ENDS;
-    var height = 1u;
+    var stack = empty_stack();
     var node = view.bvh_root;
     loop {
         while (node >> NODE_COUNT_SHIFT) == 0u {
@@ -51,14 +47,12 @@ fn traverse(origin: vec3f, direction: vec3f, t_max: f32, left: u32, key: vec4u, 
             let child1 = child_of_node(node + 1u, boxes, limit);
             let second_first = child1.is_met && (!child0.is_met || child1.enter < child0.enter);
             if child0.is_met && child1.is_met {
-                stack[height] = select(child1.node, child0.node, second_first);
-                height += 1u;
+                push_node(&stack, select(child1.node, child0.node, second_first));
             }
             if child0.is_met || child1.is_met {
                 node = select(child0.node, child1.node, second_first);
             } else {
-                height -= 1u;
-                node = stack[height];
+                node = pop_node(&stack);
             }
         }
         if node == WALK_ENDS {
@@ -85,8 +79,7 @@ fn traverse(origin: vec3f, direction: vec3f, t_max: f32, left: u32, key: vec4u, 
         if any_hit && best.triangle != NONE {
             return best;
         }
-        height -= 1u;
-        node = stack[height];
+        node = pop_node(&stack);
     }
     return best;
 }

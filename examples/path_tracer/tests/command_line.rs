@@ -197,7 +197,7 @@ fn the_composed_text_can_be_dumped() {
     assert_eq!(names, ["leaves.txt", "resolve.wgsl", "stages.wgsl", "tick.wgsl"]);
     let text = |name: &str| fs::read_to_string(dump.join(name)).expect("text");
     let stages = text("stages.wgsl");
-    assert!(stages.contains("fn wf_megakernel(") && stages.contains("fn next_bounce(") && stages.contains("const BVH_STACK: u32 = "));
+    assert!(stages.contains("fn wf_megakernel(") && stages.contains("fn next_bounce(") && stages.contains("const WALK_ENDS: u32 = "));
     // The Cornell box has neither glass nor images.
     let code: String = stages.lines().map(|line| line.split("//").next().unwrap_or_default()).collect();
     for absent in ["@if", "@else", "fn sample_glass(", "fn sample_texture(", "import "] {

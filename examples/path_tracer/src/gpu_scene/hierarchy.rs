@@ -17,6 +17,8 @@ use super::{error::Error, nodes::word, records::NONE};
 
 /// The deepest stack that a kernel is given.
 pub const STACK_LIMIT: u32 = 64;
+/// A stack of this size is kept in registers.
+pub const SHORT_STACK: u32 = 8;
 /// A node on its way through the kernel keeps its count in four bits.
 const LEAF_LIMIT: u32 = 8;
 const FIRST_LIMIT: u32 = 1 << 28;
