@@ -237,7 +237,11 @@ impl GpuScene {
     /// What conditions in the modules may ask for: effects of the scene, layers of the request, whether the picture is transparent, the form
     /// of the nodes and the placement of rows.
     pub fn features(&self) -> Vec<(&'static str, bool)> {
-        let forms = [("compact_nodes", self.facts.compact_nodes), ("uniform_rows", self.facts.uniform_rows), ("short_stack", self.facts.bvh_depth <= SHORT_STACK)];
+        let forms = [
+            ("compact_nodes", self.facts.compact_nodes),
+            ("uniform_rows", self.facts.uniform_rows),
+            ("short_stack", self.facts.bvh_depth <= SHORT_STACK),
+        ];
         let rest = [("transparent", self.transparent)].into_iter().chain(forms);
         self.facts.effects.features().into_iter().chain(self.layers.features()).chain(rest).collect()
     }
