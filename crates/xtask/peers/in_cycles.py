@@ -40,7 +40,9 @@ def number(element, name, otherwise=None):
 
 
 def matrix_of(transform):
-    return np.array([float(value) for value in transform.find("matrix").get("value").split()]).reshape(4, 4)
+    values = np.array([float(value) for value in transform.find("matrix").get("value").split()])
+    # Transforms of textures have three rows.
+    return values.reshape(2 * (int(np.sqrt(len(values))),))
 
 
 def read_ply(path):
@@ -199,7 +201,7 @@ class Exported:
             socket.default_value = (*[float(part) for part in value.get("value").split(",")], 1.0)
         else:
             to_uv = child(value, "to_uv")
-            if to_uv is not None and not np.array_equal(matrix_of(to_uv)[:3, :3], np.eye(3)):
+            if to_uv is not None and not np.array_equal(matrix_of(to_uv), np.eye(3)):
                 raise ValueError("transforms of textures are not understood")
             node = tree.nodes.new("ShaderNodeTexImage")
             node.image = self.image(child(value, "filename").get("value"))

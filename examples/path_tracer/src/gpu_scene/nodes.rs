@@ -124,7 +124,9 @@ mod tests {
     /// Where a ray enters a compact box, as the WGSL has it, and whether it does.
     fn enters(row: &[u32; 4], origin: Vec3, direction: Vec3) -> bool {
         let cell = 1.0 / GRID_CELLS as f32;
-        let reciprocal = direction.recip();
+        let smallest = f32::from_bits(0x0d80_0000);
+        let replaced = |value: f32| if value.abs() < smallest { if value < 0.0 { -smallest } else { smallest } } else { value };
+        let reciprocal = Vec3::from_array(direction.to_array().map(replaced)).recip();
         let (scale, offset) = (reciprocal * cell, (Vec3::splat(-(GRID_HALF as f32) * cell) - origin) * reciprocal);
         let near_shift = |axis: usize| if reciprocal[axis] < 0.0 { 16 } else { 0 };
         let plane = |axis: usize, shift: u32| (row[axis] >> shift & 0xffff) as f32 * scale[axis] + offset[axis];
