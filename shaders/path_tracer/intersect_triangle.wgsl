@@ -9,11 +9,10 @@ struct RayShear {
     shear: vec3f,
 }
 
-// `barycentrics` are the weights of the second and third corner times `sum`: whoever keeps the hit divides.
+// `barycentrics` are the weights of the second and third corner.
 struct TriangleHit {
     t: f32,
     barycentrics: vec2f,
-    sum: f32,
     found: bool,
 }
 
@@ -51,5 +50,5 @@ fn intersect_triangle(v0: vec3f, v1: vec3f, v2: vec3f, origin: vec3f, ray: RaySh
     let sum = bc - ac + ab;
     let t = (bc * a.z - ac * b.z + ab * c.z) / sum;
     // A sum that small is a triangle seen edge-on; the bound is where division is still defined in a scene of unit size.
-    return TriangleHit(t, vec2f(-ac, ab), sum, inside && abs(sum) >= 1.2e-38 && t > 0.0);
+    return TriangleHit(t, vec2f(-ac, ab) / sum, inside && abs(sum) >= 1.2e-38 && t > 0.0);
 }

@@ -69,10 +69,10 @@ fn traverse(origin: vec3f, direction: vec3f, t_max: f32, left: u32, key: vec4u, 
                     closest = triangle_id(slot) < triangle_id(best.triangle);
                 }
                 @if(alpha) if closest && (triangle_material(slot) & TRIANGLE_ALPHA) != 0u {
-                    closest = is_present(slot, triangle_id(slot), hit.barycentrics / hit.sum, key);
+                    closest = is_present(slot, triangle_id(slot), hit.barycentrics, key);
                 }
                 if closest {
-                    best = Hit(slot, hit.barycentrics / hit.sum, hit.t);
+                    best = Hit(slot, hit.barycentrics, hit.t);
                 }
             }
         }

@@ -147,8 +147,9 @@ impl Renderer {
     pub fn new(gpu: &GpuContext, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
         let (device, limits) = (&gpu.device, gpu.device.limits());
         let binding_limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        // Where a GPU is simulated, uniform memory is the faster one; numbers of 64 bits make it so.
-        let wants_uniform = gpu.facts.is_software() && device.features().contains(wgpu::Features::SHADER_INT64);
+        // What `placement` says of software drivers was seen on one of Vulkan; of others nothing is known.
+        let is_known = gpu.facts.is_software() && gpu.facts.backend == wgpu::Backend::Vulkan.to_string();
+        let wants_uniform = is_known && device.features().contains(wgpu::Features::SHADER_INT64);
         let uniform_limit = if wants_uniform { limits.max_uniform_buffer_binding_size } else { 0 };
         let packed = pack(scene, settings, binding_limit, uniform_limit)?;
         let program = program_of(&packed)?;
