@@ -82,7 +82,7 @@ pub fn place_among_levels() -> (usize, usize) {
 pub fn levels() -> Vec<Level> {
     let Some(gpu) = gpu() else { return Vec::new() };
     let of = |name: &str, variables, adapter| Level { name: name.to_owned(), variables, adapter };
-    let mut levels: Vec<Level> = match gpu.facts.name.starts_with("llvmpipe") {
+    let mut levels: Vec<Level> = match gpu.facts.is_llvmpipe() {
         true => LAVAPIPE_WIDTHS.iter().map(|(name, bits)| of(name, variables_of_width(bits), "llvmpipe")).collect(),
         false => vec![of(&gpu.facts.name, Vec::new(), "")],
     };

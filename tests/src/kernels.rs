@@ -7,7 +7,7 @@ use std::collections::HashSet;
 use glam::{Vec2, Vec3, Vec4};
 use path_tracer::{
     LayerRequest, Renderer, Settings,
-    gpu_scene::{GpuScene, PackOptions},
+    gpu_scene::{GpuScene, PackOptions, exhaustive::EXHAUSTIVE_TRIANGLES},
     scene::{
         AlphaMode, BUILTIN, Environment, Image, LightKind, Material, PunctualLight, Scene, TextureUse, Triangle, Vertex, Wrap, builtin,
         framing::frame,
@@ -126,7 +126,15 @@ fn all_programs() -> Vec<(String, Program)> {
         let settings = Settings { layers, transparent, ..Settings::default() };
         Renderer::program_with(&everything(), &settings).unwrap_or_else(|error| panic!("{layers}, {transparent}: {error}"))
     };
-    let requests = [("layers", with(LayerRequest::ALL, false)), ("transparent", with(LayerRequest::NONE, true))];
+    let exhaustive = {
+        let scene = builtin("cornell-box").expect("it is in the list");
+        let options = PackOptions { exhaustive_limit: EXHAUSTIVE_TRIANGLES, ..PackOptions::default() };
+        let packed = GpuScene::pack(&scene, &frame(scene.bounds(), 1.0), &options).expect("it packs");
+        assert!(packed.facts.exhaustive, "the box has become too large");
+        Renderer::program_of(&packed).expect("it links")
+    };
+    let requests =
+        [("layers", with(LayerRequest::ALL, false)), ("transparent", with(LayerRequest::NONE, true)), ("exhaustive", exhaustive)];
     small.chain(path_tracers).chain(requests.map(|(name, program)| (format!("path_tracer-{name}"), program))).collect()
 }
 
@@ -210,6 +218,7 @@ mod tests {
             "sample_environment",
             "sample_punctual_light",
             "sample_triangle_light",
+            "walk_hierarchy",
         ] {
             assert!(everything.iter().any(|kernel| kernel.text.contains(&format!("fn {effect}("))), "{effect}");
             assert!(nothing.iter().all(|kernel| !kernel.text.contains(&format!("fn {effect}("))), "{effect}");

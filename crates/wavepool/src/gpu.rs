@@ -62,6 +62,11 @@ impl AdapterFacts {
         self.device_type == "Cpu"
     }
 
+    /// True for Mesa's software driver of Vulkan, which is the only one whose way to read memory is known here.
+    pub fn is_llvmpipe(&self) -> bool {
+        self.is_software() && self.name.starts_with("llvmpipe")
+    }
+
     fn rank(&self) -> u32 {
         ["DiscreteGpu", "IntegratedGpu", "VirtualGpu", "Other", "Cpu"].iter().position(|kind| *kind == self.device_type).unwrap_or(5) as u32
     }

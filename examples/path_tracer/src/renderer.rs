@@ -14,7 +14,7 @@ use crate::{
     Crop, Error,
     crop::CropTiles,
     film_layers::FilmLayers,
-    gpu_scene::{GpuScene, LayerRequest, LightStrategy, PackOptions, ProgramModule},
+    gpu_scene::{GpuScene, LayerRequest, LightStrategy, PackOptions, ProgramModule, exhaustive::EXHAUSTIVE_TRIANGLES},
     layers::Layer,
     scene::{Camera, Scene, framing::frame},
 };
@@ -145,15 +145,9 @@ impl Renderer {
     /// # Errors
     /// [`Error`] of the packing (a limit of the buffers) or of the scheduler.
     pub fn new(gpu: &GpuContext, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
-        let (device, limits) = (&gpu.device, gpu.device.limits());
-        let binding_limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        // What `placement` says of software drivers was seen on one of Vulkan; of others nothing is known.
-        let is_known = gpu.facts.is_software() && gpu.facts.backend == wgpu::Backend::Vulkan.to_string();
-        let wants_uniform = is_known && device.features().contains(wgpu::Features::SHADER_INT64);
-        let uniform_limit = if wants_uniform { limits.max_uniform_buffer_binding_size } else { 0 };
-        let packed = pack(scene, settings, binding_limit, uniform_limit)?;
-        let program = program_of(&packed)?;
-        let resources = upload(device, &packed)?;
+        let packed = pack(scene, settings, &SceneForm::on(gpu))?;
+        let program = Self::program_of(&packed)?;
+        let resources = upload(&gpu.device, &packed)?;
         let (width, height) = (settings.width, settings.height);
         let builder = match settings.crop {
             None => Scheduler::builder(&program, ImageTiles { width, height }),
@@ -178,7 +172,15 @@ impl Renderer {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn program_with(scene: &Scene, settings: &Settings) -> Result<Program, Error> {
-        program_of(&pack(scene, settings, u64::from(u32::MAX), 0)?)
+        Self::program_of(&pack(scene, settings, &SceneForm::PLAIN)?)
+    }
+
+    /// The program of a scene that has been packed.
+    ///
+    /// # Errors
+    /// When modules and stages do not fit together.
+    pub fn program_of(packed: &GpuScene) -> Result<Program, Error> {
+        program_from(packed, packed.program_modules(), &packed.features())
     }
 
     /// What packing had to change, one line each.
@@ -251,7 +253,32 @@ const STAGES: [&str; 6] = ["trace", LAYER_STAGE, "gather_emission", "sample_ligh
 const LIGHT_STAGES: [&str; 2] = ["sample_light", "trace_shadow"];
 const LAYER_STAGE: &str = "gather_layers";
 
-fn pack(scene: &Scene, settings: &Settings, binding_limit: u64, uniform_limit: u64) -> Result<GpuScene, Error> {
+/// What a device asks of a packed scene; the bits of a picture are the same in every form.
+struct SceneForm {
+    binding_limit: u64,
+    uniform_limit: u64,
+    exhaustive_limit: u32,
+}
+
+impl SceneForm {
+    /// For any device.
+    const PLAIN: SceneForm = SceneForm { binding_limit: u32::MAX as u64, uniform_limit: 0, exhaustive_limit: 0 };
+
+    fn on(gpu: &GpuContext) -> SceneForm {
+        let limits = gpu.device.limits();
+        let plain = SceneForm { binding_limit: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size), ..SceneForm::PLAIN };
+        // What `placement` says of software drivers was seen on two of Vulkan; of others nothing is known.
+        if !gpu.facts.is_software() || gpu.facts.backend != wgpu::Backend::Vulkan.to_string() {
+            return plain;
+        }
+        let has_int64 = gpu.device.features().contains(wgpu::Features::SHADER_INT64);
+        let uniform_limit = if has_int64 { limits.max_uniform_buffer_binding_size } else { 0 };
+        let exhaustive_limit = if gpu.facts.is_llvmpipe() { EXHAUSTIVE_TRIANGLES } else { 0 };
+        SceneForm { uniform_limit, exhaustive_limit, ..plain }
+    }
+}
+
+fn pack(scene: &Scene, settings: &Settings, form: &SceneForm) -> Result<GpuScene, Error> {
     let aspect = settings.width as f32 / settings.height.max(1) as f32;
     let camera = settings.camera.clone().or_else(|| scene.cameras.first().cloned()).unwrap_or_else(|| frame(scene.bounds(), aspect));
     let options = PackOptions {
@@ -263,15 +290,12 @@ fn pack(scene: &Scene, settings: &Settings, binding_limit: u64, uniform_limit: u
         layers: settings.layers,
         transparent: settings.transparent,
         first_sample: settings.first_sample,
-        binding_limit,
-        uniform_limit,
+        binding_limit: form.binding_limit,
+        uniform_limit: form.uniform_limit,
+        exhaustive_limit: form.exhaustive_limit,
         ..PackOptions::default()
     };
     Ok(GpuScene::pack(scene, &camera, &options)?)
-}
-
-fn program_of(packed: &GpuScene) -> Result<Program, Error> {
-    program_from(packed, packed.program_modules(), &packed.features())
 }
 
 fn program_from(packed: &GpuScene, modules: Vec<ProgramModule>, features: &[(&'static str, bool)]) -> Result<Program, Error> {
@@ -363,8 +387,8 @@ mod tests {
     fn without_a_request_there_are_no_layers_and_no_alpha() {
         let speaks_of_layers = |text: &str| ["layer_", "delta_surfaces", "transparent"].iter().any(|word| text.contains(word));
         for scene in scenes() {
-            let packed = pack(&scene, &Settings::default(), 1 << 30, 0).expect("packs");
-            let program = program_of(&packed).unwrap_or_else(|error| panic!("{error}"));
+            let packed = pack(&scene, &Settings::default(), &SceneForm::PLAIN).expect("packs");
+            let program = Renderer::program_of(&packed).unwrap_or_else(|error| panic!("{error}"));
             let mut modules = packed.program_modules();
             let before = modules.len();
             modules.retain(|module| !module.path.contains("layer") && module.path != "path_tracer::delta_bsdf");
@@ -391,7 +415,7 @@ mod tests {
                 assert!(!texts(&program)[0].contains("fn gather_layers"), "{}", scene.name);
             }
             // Nor do the buffers hold anything for them.
-            let numbered = pack(&scene, &Settings { first_sample: 9, ..Settings::default() }, 1 << 30, 0).expect("packs");
+            let numbered = pack(&scene, &Settings { first_sample: 9, ..Settings::default() }, &SceneForm::PLAIN).expect("packs");
             assert_eq!(numbered, packed, "{}", scene.name);
         }
     }
@@ -404,7 +428,7 @@ mod tests {
         for scene in scenes() {
             let plain = Renderer::program(&scene).unwrap_or_else(|error| panic!("{error}"));
             let leaves_of = |program: &Program| program.layout(Some(RouletteScope::Lane)).leaves.len();
-            let follows = pack(&scene, &Settings::default(), 1 << 30, 0).expect("packs").facts.effects.delta_surfaces;
+            let follows = pack(&scene, &Settings::default(), &SceneForm::PLAIN).expect("packs").facts.effects.delta_surfaces;
             for set in 1..128_u32 {
                 // All of them for one scene, single ones and all together for the others.
                 if !(scene.name == "cornell-box" || set.is_power_of_two() || set == 127) {
@@ -435,8 +459,8 @@ mod tests {
             for layers in [LayerRequest::NONE, LayerRequest::ALL] {
                 let [opaque, transparent] = [false, true].map(|transparent| {
                     let settings = Settings { layers, transparent, ..Settings::default() };
-                    let packed = pack(&scene, &settings, 1 << 30, 0).expect("packs");
-                    let program = program_of(&packed).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
+                    let packed = pack(&scene, &settings, &SceneForm::PLAIN).expect("packs");
+                    let program = Renderer::program_of(&packed).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
                     let parts = [packed.view, packed.bvh, packed.triangles, packed.tables, packed.texels];
                     (program, parts)
                 });

@@ -11,6 +11,7 @@ pub mod coat;
 pub mod effects;
 mod environment;
 pub mod error;
+pub mod exhaustive;
 mod geometry;
 pub mod hierarchy;
 pub mod layers;
@@ -65,6 +66,8 @@ pub struct PackOptions {
     pub binding_limit: u64,
     /// Bytes that one uniform binding can hold, where rows had better lie in uniform memory; 0: never. It takes numbers of 64 bits.
     pub uniform_limit: u64,
+    /// Triangles up to which a ray is tested against all of them, without a hierarchy; 0: never. See [`exhaustive`].
+    pub exhaustive_limit: u32,
 }
 
 impl Default for PackOptions {
@@ -82,6 +85,7 @@ impl Default for PackOptions {
             first_sample: 0,
             binding_limit: 128 << 20,
             uniform_limit: 0,
+            exhaustive_limit: 0,
         }
     }
 }
@@ -115,6 +119,8 @@ pub struct Facts {
     pub compact_nodes: bool,
     /// Rows lie in uniform memory, as numbers of 64 bits: bindings 1 to 3 are uniform buffers.
     pub uniform_rows: bool,
+    /// Rays are tested against all triangles: see [`exhaustive`].
+    pub exhaustive: bool,
     /// Everything that was dropped, clamped or reduced; one line each, names the thing.
     pub warnings: Vec<String>,
 }
@@ -151,6 +157,8 @@ pub struct GpuScene {
     layers: LayerRequest,
     transparent: bool,
     constants: Vec<(&'static str, u32)>,
+    /// Where rays are tested against all triangles.
+    all_slots: Vec<u32>,
 }
 
 impl GpuScene {
@@ -208,6 +216,8 @@ impl GpuScene {
         triangles.extend_from_slice(bytemuck::cast_slice(&geometry::vertex_rows(&scene.vertices, &effects)));
         facts.triangle_count = geometry.triangles.len() as u32;
         facts.light_count = lights.records.iter().filter(|light| light.pmf > 0.0).count() as u32;
+        facts.exhaustive = facts.triangle_count <= options.exhaustive_limit && !effects.alpha;
+        let all_slots = if facts.exhaustive { exhaustive::slots_in_scene_order(&geometry.triangles) } else { Vec::new() };
         facts.bvh_depth = geometry.hierarchy.depth;
         facts.compact_nodes = nodes.is_compact;
         facts.effects = effects;
@@ -228,6 +238,7 @@ impl GpuScene {
             texels: bounded("texels", bytemuck::cast_slice(&tables.texels).to_vec(), limit)?,
             normalisation,
             constants,
+            all_slots,
             layers: options.layers,
             transparent: options.transparent,
             facts,
@@ -235,11 +246,12 @@ impl GpuScene {
     }
 
     /// What conditions in the modules may ask for: effects of the scene, layers of the request, whether the picture is transparent, the form
-    /// of the nodes and the placement of rows.
+    /// of the nodes, whether there are any, and the placement of rows.
     pub fn features(&self) -> Vec<(&'static str, bool)> {
         let forms = [
             ("compact_nodes", self.facts.compact_nodes),
             ("uniform_rows", self.facts.uniform_rows),
+            ("exhaustive", self.facts.exhaustive),
             ("short_stack", self.facts.bvh_depth <= SHORT_STACK),
         ];
         let rest = [("transparent", self.transparent)].into_iter().chain(forms);
@@ -270,6 +282,13 @@ impl GpuScene {
             file: Cow::Borrowed("generated path_tracer::records"),
             text: Cow::Owned(records_wgsl()),
         });
+        if self.facts.exhaustive {
+            modules.push(ProgramModule {
+                path: Cow::Borrowed("path_tracer::all_triangles"),
+                file: Cow::Borrowed("generated path_tracer::all_triangles"),
+                text: Cow::Owned(exhaustive::all_triangles_wgsl(&self.all_slots)),
+            });
+        }
         modules
     }
 
