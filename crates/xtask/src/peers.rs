@@ -35,8 +35,12 @@ pub(crate) enum Peer {
 /// Compares the scenes, all when none is named, with one peer or with both.
 ///
 /// # Errors
-/// When Python or LLVM is missing, an installation fails, or a renderer does.
+/// When nobody has something to do, Python or LLVM is missing, an installation fails, or a renderer does.
 pub(crate) fn run(root: &Path, scenes: &[String], quick: bool, only: Option<Peer>) -> Result<(), Failure> {
+    let [cycles, mitsuba] = [Peer::Cycles, Peer::Mitsuba].map(|peer| is_wanted(peer, scenes, only));
+    if !cycles && !mitsuba {
+        return Err(Failure::step(format!("{}: that is compared with the other renderer alone", scenes.join(" "))));
+    }
     let folder = root.join("target/tools/peers");
     let python = install(&folder)?;
     process::run(&mut cargo(root, &["build", "--quiet", "--package", "path_tracer"]))?;
@@ -50,13 +54,13 @@ pub(crate) fn run(root: &Path, scenes: &[String], quick: bool, only: Option<Peer
         command.args(scenes);
         command
     };
-    if is_wanted(Peer::Cycles, scenes, only) {
+    if cycles {
         match process::succeeds(Command::new(&python).args(["-c", "import bpy"])) {
             true => process::run(&mut script("blender.py"))?,
             false => println!("skipped: Cycles: there is no {BLENDER} for this Python"),
         }
     }
-    if is_wanted(Peer::Mitsuba, scenes, only) {
+    if mitsuba {
         let mut command = script("peers.py");
         if env::var_os(LLVM).is_none() {
             let names: Vec<PathBuf> =
@@ -113,7 +117,8 @@ fn llvm_version(name: &str) -> Option<u32> {
 mod tests {
     use super::*;
 
-    /// Kills: a scene of one peer that the other is started for, a peer that runs although the other alone was asked for.
+    /// Kills: a scene of one peer that the other is started for, a peer that runs although the other alone was asked for, a command
+    /// that does nothing and says nothing.
     #[test]
     fn a_peer_runs_when_it_has_something_to_do() {
         let wanted = |scenes: &[&str], only| {
@@ -126,6 +131,9 @@ mod tests {
         assert_eq!(wanted(&["from-blender"], None), (false, true));
         assert_eq!(wanted(&["from-blender", "row"], None), (true, true));
         assert_eq!(wanted(&["row"], Some(Peer::Cycles)), (false, true));
+        assert_eq!(wanted(&["speed"], Some(Peer::Cycles)), (false, false));
+        let refused = run(Path::new("no-such-folder"), &[String::from("speed")], true, Some(Peer::Cycles));
+        assert!(refused.is_err_and(|failure| format!("{failure:?}").contains("speed: that is compared with the other renderer alone")));
     }
 
     /// Kills: a version read from another library, an old one preferred, a number compared as text.

@@ -128,9 +128,13 @@ impl Loader<'_> {
 
 /// A built-in scene or a file, with its environment and lit by something.
 pub(crate) fn load(name: &str, env: Option<&Path>, options: &LoadOptions) -> Result<Scene, Failure> {
+    load_in(name, env.map(scene::load_environment).transpose()?, options)
+}
+
+/// As [`load`], in an environment that has been read, with what was said about it.
+pub(crate) fn load_in(name: &str, environment: Option<(Environment, Vec<String>)>, options: &LoadOptions) -> Result<Scene, Failure> {
     let mut scene = unlit(name, options)?;
-    if let Some(path) = env {
-        let (environment, warnings) = scene::load_environment(path)?;
+    if let Some((environment, warnings)) = environment {
         scene.environment = Some(environment);
         scene.warnings.extend(warnings);
     }

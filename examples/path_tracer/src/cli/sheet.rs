@@ -17,7 +17,7 @@ use path_tracer::{
         Options, Picture,
         sheet::{self, Sheet},
     },
-    scene::{self, LoadOptions},
+    scene::{self, Environment, LoadOptions},
     wavepool::{GpuContext, GpuOptions},
 };
 use serde_json::{Value, json};
@@ -25,7 +25,7 @@ use serde_json::{Value, json};
 use super::{
     Failure,
     picture::ToneMapName,
-    scene::load,
+    scene::load_in,
     stop,
     value::{self, Size},
     voice::{Voice, VoiceArguments},
@@ -97,23 +97,23 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     for place in &arguments.places {
         entries.extend(collect(place)?);
     }
-    if let Some(path) = &arguments.env {
-        // One message instead of a sheet of grey cells.
-        scene::load_environment(path)?;
-    }
+    // Read once, and before anything else: one message instead of a sheet of grey cells.
+    let panorama = arguments.env.as_deref().map(scene::load_environment).transpose()?;
+    let (environment, said) = panorama.map_or((None, Vec::new()), |(environment, said)| (Some(environment), said));
     let cell = [arguments.size.width, arguments.size.height];
     let too_large = |what: String| Failure::Usage(format!("--size {}: {what}", arguments.size));
     let mut sheet = Sheet::new(entries.len(), cell, arguments.columns).map_err(too_large)?;
     let gpu = GpuContext::new(&GpuOptions { adapter: arguments.adapter.clone(), ..GpuOptions::default() })?;
     voice.say(format_args!("adapter:  {}", gpu.facts));
     let options = Options { exposure: arguments.exposure, tone_map: arguments.tone_map.into(), ..Options::default() };
+    said.iter().for_each(|warning| voice.note(format_args!("{warning}")));
     stop::listen()?;
 
     let mut cells: Vec<Value> = Vec::new();
     let mut n_failed = 0;
     for (index, Entry { name, caption }) in entries.iter().enumerate() {
         let begun = Instant::now();
-        let shown = if stop::is_asked() { Err(stopped()) } else { show(arguments, &gpu, name) };
+        let shown = if stop::is_asked() { Err(stopped()) } else { show(arguments, &gpu, name, environment.as_ref()) };
         let seconds = begun.elapsed().as_secs_f64();
         match shown {
             Ok(Shown { picture, line, warnings }) => {
@@ -161,7 +161,7 @@ fn stopped() -> Failure {
 }
 
 /// The picture of a cell.
-fn show(arguments: &Arguments, gpu: &GpuContext, name: &str) -> Result<Shown, Failure> {
+fn show(arguments: &Arguments, gpu: &GpuContext, name: &str, environment: Option<&Environment>) -> Result<Shown, Failure> {
     let path = Path::new(name);
     if kind(path) == Some(Kind::Panorama) {
         let (environment, warnings) = scene::load_environment(path)?;
@@ -170,7 +170,7 @@ fn show(arguments: &Arguments, gpu: &GpuContext, name: &str) -> Result<Shown, Fa
         return Ok(Shown { picture, line, warnings });
     }
     let Size { width, height } = arguments.size;
-    let mut scene = load(name, arguments.env.as_deref(), &LoadOptions::default())?;
+    let mut scene = load_in(name, environment.map(|environment| (environment.clone(), Vec::new())), &LoadOptions::default())?;
     scene.reframe(width as f32 / height as f32);
     let settings = Settings { width, height, samples: arguments.samples, depth: arguments.depth, ..Settings::default() };
     let mut renderer = Renderer::new(gpu, &scene, &settings)?;
