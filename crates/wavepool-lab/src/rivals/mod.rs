@@ -9,6 +9,7 @@
 pub mod ablation;
 mod chart;
 pub mod choosing;
+mod claims;
 mod csv;
 mod markdown;
 mod rounds;
@@ -17,6 +18,7 @@ pub(crate) mod samples;
 pub mod sweep;
 
 pub use chart::chart;
+pub use claims::{Terms, claims};
 pub use csv::{COLUMNS, Column, csv, field};
 pub use markdown::{STAGES_HEAD, TABLE_HEAD, glance, stages, table};
 pub use rounds::Rounds;

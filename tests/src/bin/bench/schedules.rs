@@ -16,8 +16,8 @@ use path_tracer::{
 };
 use wavepool::{GpuContext, ImageTiles, Instruments, SCHEDULES, Schedule, Scheduler, policy::WorkSource};
 use wavepool_lab::rivals::{
-    Cell, Rival, Rounds, STAGES_HEAD, Subject, TABLE_HEAD, ablation, chart, choosing, compare_across_roulettes, compare_schedules, csv,
-    glance, stages, sweep, table, willing,
+    Cell, Rival, Rounds, STAGES_HEAD, Subject, TABLE_HEAD, Terms, ablation, chart, choosing, claims, compare_across_roulettes,
+    compare_schedules, csv, glance, stages, sweep, table, willing,
 };
 
 use crate::{Failure, commit};
@@ -28,6 +28,11 @@ const SCENES: [&str; 4] = ["mirror-corridor", "cornell-box", "corridor", "glass"
 const BASELINE: &str = "never-full";
 /// What a cell's workload and its place are called.
 const COLUMNS: [&str; 2] = ["scene", "depth"];
+
+/// The stages that trace rays.
+const TRACING: [&str; 2] = ["trace", "trace_shadow"];
+/// Where paths are long.
+const DEEP: u32 = 16;
 
 /// How much is done.
 struct Sizes {
@@ -161,8 +166,16 @@ pub(crate) fn schedules(gpu: &GpuContext, is_quick: bool, out: Option<PathBuf>) 
         }
         eprintln!("{name}: done, {:.0} s since the beginning", begun.elapsed().as_secs_f64());
     }
+    // Of a device that is no software the processor only waits for it.
+    let work = if facts.is_software() { Rival::processor_seconds } else { |rival: &Rival| Some(rival.seconds()) };
+    let terms = Terms { tracing: &TRACING, deep: DEEP, work };
+    let head =
+        format!("# What the literature claims, in numbers of one run\n\nOf `schedules.csv` and `ablation.csv`; {facts}, {}.\n\n", commit());
+    let claims = head + &claims(&found.cells, &found.ablations, &terms);
+    println!("\n{claims}");
     if let Some(out) = &out {
-        println!("\nschedules.md, schedules.csv, sweep.csv, ablation.csv and a chart of each scene are in {}", out.display());
+        fs::write(out.join("claims.md"), claims).map_err(|why| format!("{}: {why}", out.join("claims.md").display()))?;
+        println!("\nschedules.md, claims.md, schedules.csv, sweep.csv, ablation.csv and a chart of each scene are in {}", out.display());
     }
     Ok(())
 }
