@@ -143,6 +143,8 @@ pub(crate) fn schedules(gpu: &GpuContext, is_quick: bool, out: Option<PathBuf>) 
     let source = ImageTiles { width: sizes.side, height: sizes.side };
     let pools: Vec<u32> = sizes.pool_quarters.iter().map(|quarters| (source.tiles() * quarters / 4).max(1)).collect();
     let facts = &gpu.facts;
+    // Before files are written, which belong to the repository where the book's own are made anew.
+    let commit = commit();
     let mut found = Findings::default();
     found.say(&format!(
         "# Schedules on the built-in scenes\n\n- device: {} ({})\n- driver: {}\n- command: `cargo xtask bench schedules{}`\n- commit: {}\n- work: {side}x{side} \
@@ -152,7 +154,7 @@ pub(crate) fn schedules(gpu: &GpuContext, is_quick: bool, out: Option<PathBuf>) 
         facts.backend,
         facts.driver,
         if is_quick { " --quick" } else { "" },
-        commit(),
+        commit,
         source.tiles(),
         sizes.passes,
         side = sizes.side,
@@ -170,7 +172,7 @@ pub(crate) fn schedules(gpu: &GpuContext, is_quick: bool, out: Option<PathBuf>) 
     let work = if facts.is_software() { Rival::processor_seconds } else { |rival: &Rival| Some(rival.seconds()) };
     let terms = Terms { tracing: &TRACING, deep: DEEP, work };
     let head =
-        format!("# What the literature claims, in numbers of one run\n\nOf `schedules.csv` and `ablation.csv`; {facts}, {}.\n\n", commit());
+        format!("# What the literature claims, in numbers of one run\n\nOf `schedules.csv` and `ablation.csv`; {facts}, {commit}.\n\n");
     let claims = head + &claims(&found.cells, &found.ablations, &terms);
     println!("\n{claims}");
     if let Some(out) = &out {
