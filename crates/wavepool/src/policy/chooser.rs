@@ -1,8 +1,9 @@
 //! Which of several schedules does the next passes, from what each has taken so far.
 //!
 //! Key decision: measured, not modelled. Every candidate does one pass to begin with, a real one whose results count; then the fastest goes
-//! on, in portions that double. A single pass is a noisy reading: whoever is close to the fastest is measured again now and then, for an
-//! eighth of a portion, so that a mistake is mended and costs little meanwhile. The rule of the literature (regenerate only when fewer groups
+//! on, in portions that double. Readings are noisy, and noise adds time: a lower reading is believed at once, a higher one for a part.
+//! Everybody else is measured again now and then, for as many passes as cost a share of a fiftieth of a portion, which whoever is far behind waits for
+//! longest; so a mistake is mended, in whichever direction, and costs little meanwhile. After a change of mind portions are short again. The rule of the literature (regenerate only when fewer groups
 //! are active than the device holds at once) is what such measurements come to. When passes take more than twice or less than half of what
 //! they should, the work has changed: all others are measured again.
 //! Source of the rule: Frolov and Galaktionov, *Low overhead path regeneration*, 2016.
@@ -13,10 +14,14 @@ use std::fmt::Write as _;
 
 /// Passes of the first portion after all candidates have been measured.
 const FIRST_PORTION: u32 = 4;
-/// A candidate is close to the fastest when it takes less than this times as long.
-const CLOSE: f64 = 1.25;
-/// Part of a portion that somebody close does when measured again.
-const SECOND_LOOK: u32 = 8;
+/// Whoever has been measured once and takes less than this times as long as the fastest is measured again at once.
+const CLOSE: f64 = 2.0;
+/// What measuring all others again may cost, in portions.
+const LOOK_COST: f64 = 0.02;
+/// And the most passes that it takes, in portions.
+const LONGEST_LOOK: f64 = 0.25;
+/// How much a reading counts that is higher than what is known.
+const DOUBT: f64 = 0.25;
 /// A portion that takes more than this times what was expected, or less than what was expected over this, means that the work has changed.
 const DRIFT: f64 = 2.0;
 
@@ -27,6 +32,8 @@ pub struct Chooser {
     seconds: Vec<Option<f64>>,
     /// Passes done when each was measured last.
     measured_at: Vec<u64>,
+    /// How often each has been measured.
+    looks: Vec<u32>,
     done: u64,
     portion: u32,
     /// Passes of the portion that are done; a run may end within it.
@@ -48,7 +55,8 @@ pub struct Choosing {
 impl Chooser {
     /// Knows nothing about so many candidates.
     pub fn new(candidates: usize) -> Self {
-        Chooser { seconds: vec![None; candidates], measured_at: vec![0; candidates], done: 0, portion: FIRST_PORTION, of_portion: 0 }
+        let (seconds, measured_at, looks) = (vec![None; candidates], vec![0; candidates], vec![0; candidates]);
+        Chooser { seconds, measured_at, looks, done: 0, portion: FIRST_PORTION, of_portion: 0 }
     }
 
     /// Seconds that a pass takes under each candidate, as far as measured.
@@ -68,11 +76,13 @@ impl Chooser {
             self.seconds.iter().enumerate().filter_map(|(candidate, seconds)| seconds.map(|seconds| (seconds, candidate))).collect();
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (seconds, fastest) = *ranked.first()?;
-        let is_due = |candidate: usize| self.done - self.measured_at[candidate] >= u64::from(self.portion);
-        let close = ranked[1..].iter().take_while(|(other, _)| *other < seconds * CLOSE);
-        if let Some((other, candidate)) = close.copied().find(|(_, candidate)| is_due(*candidate)) {
-            let (more, passes) = ((other / seconds - 1.0) * 100.0, (self.portion / SECOND_LOOK).clamp(1, left));
-            return Some(Choosing { candidate, passes, reason: format!("within {more:.0} % of the fastest: measured again") });
+        let look = |(other, candidate): (f64, usize)| {
+            let passes = self.passes_of_a_look(candidate, other / seconds)?;
+            let reason = format!("{:.0} % behind the fastest: measured again", (other / seconds - 1.0) * 100.0);
+            Some(Choosing { candidate, passes: passes.min(left), reason })
+        };
+        if let Some(choice) = ranked[1..].iter().copied().find_map(look) {
+            return Some(choice);
         }
         let mut reason = format!("{:.3} ms a pass", seconds * 1e3);
         if let Some((next, _)) = ranked.get(1) {
@@ -89,19 +99,43 @@ impl Chooser {
         let now = seconds / f64::from(passes);
         self.done += u64::from(passes);
         self.measured_at[candidate] = self.done;
+        self.looks[candidate] = self.looks[candidate].saturating_add(1);
+        let fastest = self.fastest();
         let before = self.seconds[candidate].replace(now)?;
         if now > before * DRIFT || now < before / DRIFT {
-            self.seconds.iter_mut().enumerate().filter(|(other, _)| *other != candidate).for_each(|(_, seconds)| *seconds = None);
+            let others = |other: &usize| *other != candidate;
+            (0..self.seconds.len()).filter(others).for_each(|other| (self.seconds[other], self.looks[other]) = (None, 0));
             (self.portion, self.of_portion) = (FIRST_PORTION, 0);
             return Some(format!("a pass takes {:.3} ms instead of {:.3} ms: the others are measured again", now * 1e3, before * 1e3));
         }
-        // A single reading is noisy; the latest counts for half.
-        self.seconds[candidate] = Some((before + now) / 2.0);
+        self.seconds[candidate] = Some(if now < before { now } else { before + (now - before) * DOUBT });
+        if self.fastest() != fastest {
+            (self.portion, self.of_portion) = (FIRST_PORTION, 0);
+            return None;
+        }
         self.of_portion = self.of_portion.saturating_add(passes);
         if self.of_portion >= self.portion {
             (self.portion, self.of_portion) = (self.portion.saturating_mul(2), 0);
         }
         None
+    }
+
+    /// For how many passes somebody is measured again who takes `ratio` times as long as the fastest; `None` when it is not the time for it.
+    fn passes_of_a_look(&self, candidate: usize, ratio: f64) -> Option<u32> {
+        if self.looks[candidate] < 2 && ratio < CLOSE {
+            return Some(1);
+        }
+        let portion = f64::from(self.portion);
+        let share = LOOK_COST / (self.seconds.len() - 1).max(1) as f64;
+        let passes = (share * portion / (ratio - 1.0)).min(LONGEST_LOOK * portion);
+        let is_due = self.done - self.measured_at[candidate] >= u64::from(self.portion);
+        (is_due && passes >= 1.0).then_some(passes as u32)
+    }
+
+    /// The first of the fastest, when all have been measured.
+    fn fastest(&self) -> Option<usize> {
+        let known: Option<Vec<f64>> = self.seconds.iter().copied().collect();
+        known?.into_iter().enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).map(|(candidate, _)| candidate)
     }
 }
 
@@ -141,7 +175,8 @@ mod tests {
         assert_eq!(done[390], 1, "{done:?}");
         let mut chooser = Chooser::new(2);
         let noisy = who(400, &mut chooser, |candidate, pass| [1.0, 1.9][candidate] * (1.0 + 0.3 * f64::from(pass % 3)));
-        assert_eq!(noisy.iter().filter(|candidate| **candidate == 1).count(), 1);
+        let n_slower = noisy.iter().filter(|candidate| **candidate == 1).count();
+        assert!(n_slower <= 3, "{n_slower}");
     }
 
     /// Kills: a lucky first reading that is believed for good; a second look that costs more than it can win.
@@ -151,13 +186,31 @@ mod tests {
         let lucky = |candidate: usize, pass: u32| if candidate == 0 && pass == 0 { 0.9 } else { [1.1, 1.0, 3.0][candidate] };
         let done = who(400, &mut chooser, lucky);
         assert!(done[20..].iter().filter(|candidate| **candidate == 1).count() > 300, "{done:?}");
-        assert!(done.iter().filter(|candidate| **candidate == 2).count() == 1);
+        assert!(done.iter().filter(|candidate| **candidate == 2).count() <= 3, "{done:?}");
         let took: f64 = (0..).zip(&done).map(|(pass, candidate)| lucky(*candidate, pass)).sum();
         assert!(took < 400.0 * 1.03, "{took}");
         // In many short runs too.
         let mut chooser = Chooser::new(2);
         let short: Vec<usize> = (0..60).flat_map(|_| who(6, &mut chooser, |candidate, _| [1.1, 1.0][candidate])).collect();
         assert!(short.iter().filter(|candidate| **candidate == 0).count() < 20, "{short:?}");
+    }
+
+    /// Kills: the fastest given up for good after one reading while the machine was busy, whether that is its first one, a short one, or one of a long
+    /// portion; a slower one kept because it is not close enough to be looked at again.
+    #[test]
+    fn bad_luck_is_mended_in_short_runs() {
+        // Of a whole first run there is nothing to compare with for a while.
+        for (unlucky_run, factor, bound) in [(0, 1.9, 1.04), (1, 1.7, 1.03), (9, 1.7, 1.03), (30, 1.9, 1.03)] {
+            let (mut chooser, mut took, mut done) = (Chooser::new(3), 0.0, Vec::new());
+            for run in 0..100 {
+                let busy = |candidate: usize| if run == unlucky_run && candidate == 1 { factor } else { 1.0 };
+                let seconds = |candidate: usize, _: u32| [1.2, 1.0, 3.0][candidate] * busy(candidate);
+                let portion = who(6, &mut chooser, seconds);
+                took += portion.iter().map(|candidate| [1.2, 1.0, 3.0][*candidate]).sum::<f64>();
+                done.extend(portion);
+            }
+            assert!(took < 600.0 * bound, "busy in run {unlucky_run}: {took}, {done:?}");
+        }
     }
 
     /// Kills: a panic, or an endless loop, where there is nothing to choose or nothing to do.
