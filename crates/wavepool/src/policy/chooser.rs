@@ -1,7 +1,7 @@
 //! Which of several schedules does the next passes, from what each has taken so far.
 //!
 //! Key decision: measured, not modelled. Every candidate does one pass to begin with, a real one whose results count; then the fastest goes
-//! on, in portions that double. Readings are noisy, and noise adds time: a lower reading is believed at once, a higher one for a part.
+//! on, in portions that double. Readings are noisy, and noise adds time: a lower reading is believed at once, a higher one for a small part.
 //! Everybody else is measured again now and then, for as many passes as cost a share of a fiftieth of a portion, which whoever is far behind waits for
 //! longest; so a mistake is mended, in whichever direction, and costs little meanwhile. After a change of mind portions are short again. The rule of the literature (regenerate only when fewer groups
 //! are active than the device holds at once) is what such measurements come to. When passes take more than twice or less than half of what
@@ -20,8 +20,8 @@ const CLOSE: f64 = 2.0;
 const LOOK_COST: f64 = 0.02;
 /// And the most passes that it takes, in portions.
 const LONGEST_LOOK: f64 = 0.25;
-/// How much a reading counts that is higher than what is known.
-const DOUBT: f64 = 0.25;
+/// How much a reading counts that is higher than what is known: the second one, and every later one.
+const DOUBT: [f64; 2] = [0.5, 0.1];
 /// A portion that takes more than this times what was expected, or less than what was expected over this, means that the work has changed.
 const DRIFT: f64 = 2.0;
 
@@ -108,7 +108,8 @@ impl Chooser {
             (self.portion, self.of_portion) = (FIRST_PORTION, 0);
             return Some(format!("a pass takes {:.3} ms instead of {:.3} ms: the others are measured again", now * 1e3, before * 1e3));
         }
-        self.seconds[candidate] = Some(if now < before { now } else { before + (now - before) * DOUBT });
+        let weight = if self.looks[candidate] == 2 { DOUBT[0] } else { DOUBT[1] };
+        self.seconds[candidate] = Some(if now < before { now } else { before + (now - before) * weight });
         if self.fastest() != fastest {
             (self.portion, self.of_portion) = (FIRST_PORTION, 0);
             return None;
