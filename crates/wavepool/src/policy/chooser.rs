@@ -2,8 +2,8 @@
 //!
 //! Key decision: measured, not modelled. Every candidate does one pass to begin with, a real one whose results count; then the fastest goes
 //! on, in portions that double. Readings are noisy, and noise adds time: a lower reading is believed at once, a higher one for a small part.
-//! Everybody else is measured again now and then, for as many passes as cost a share of a fiftieth of a portion, which whoever is far behind waits for
-//! longest; so a mistake is mended, in whichever direction, and costs little meanwhile. After a change of mind portions are short again. The rule of the literature (regenerate only when fewer groups
+//! Everybody else is measured again now and then, those far behind more rarely, for a fiftieth of a portion together; so a mistake is mended,
+//! in whichever direction, and costs little meanwhile. After a change of mind portions are short again. The rule of the literature (regenerate only when fewer groups
 //! are active than the device holds at once) is what such measurements come to. When passes take more than twice or less than half of what
 //! they should, the work has changed: all others are measured again.
 //! Source of the rule: Frolov and Galaktionov, *Low overhead path regeneration*, 2016.
@@ -194,6 +194,16 @@ mod tests {
         let mut chooser = Chooser::new(2);
         let short: Vec<usize> = (0..60).flat_map(|_| who(6, &mut chooser, |candidate, _| [1.1, 1.0][candidate])).collect();
         assert!(short.iter().filter(|candidate| **candidate == 0).count() < 20, "{short:?}");
+    }
+
+    /// Kills: looks that cost more than their share, a share for each of the others instead of one for all.
+    #[test]
+    fn looking_again_costs_a_fiftieth() {
+        let seconds = [1.0, 1.02, 1.3, 2.5, 4.0];
+        let done = who(20_000, &mut Chooser::new(5), |candidate, _| seconds[candidate]);
+        let cost: f64 = done.iter().map(|candidate| seconds[*candidate] - 1.0).sum();
+        assert!(cost < 0.02 * 20_000.0, "{cost}");
+        assert!((1..5).all(|other| done.iter().filter(|candidate| **candidate == other).count() > 2), "somebody is never looked at again");
     }
 
     /// Kills: the fastest given up for good after one reading while the machine was busy, whether that is its first one, a short one, or one of a long
