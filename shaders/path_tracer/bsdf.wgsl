@@ -7,6 +7,7 @@
 
 import package::math::disk::cosine_hemisphere;
 import package::math::mis::PDF_MIN;
+import package::math::onb::Frame;
 import package::math::random::unit_f32;
 import package::math::vector::max_component;
 @if(interfaces) import package::path_tracer::coat::{Coat, coat_transmittance};
@@ -43,6 +44,12 @@ struct BsdfSample {
     transmits: bool,
 }
 
+// A sample and the frame in which its direction lies.
+struct FramedSample {
+    drawn: BsdfSample,
+    frame: Frame,
+}
+
 // Choice of lobes for one view direction, in 65536ths: glass against the rest, the interface against the base.
 struct LobeChoice {
     glass: u32,
@@ -53,16 +60,28 @@ struct LobeChoice {
     return bsdf.facets.alpha < ALPHA_MIRROR;
 }
 
-fn choose_lobes(bsdf: Bsdf, wo: vec3f) -> LobeChoice {
-    var interface_weight = 0.0;
-    var base_weight = max_component(bsdf.diffuse);
+// Largest component of what the interface (x) and the base (y) reflect of light from one direction.
+fn opaque_weights(bsdf: Bsdf, wo: vec3f) -> vec2f {
+    var weights = vec2f(0.0, max_component(bsdf.diffuse));
     @if(interfaces) {
-        interface_weight = max_component(microfacet_fresnel(bsdf.facets, wo.z));
-        base_weight *= coat_transmittance(bsdf.coat, wo.z);
+        weights.x = max_component(microfacet_fresnel(bsdf.facets, wo.z));
+        weights.y *= coat_transmittance(bsdf.coat, wo.z);
     }
+    return weights;
+}
+
+// About how much comes back of light from one direction, in any direction; 0 only when nothing does.
+fn bsdf_strength(bsdf: Bsdf, wo: vec3f) -> f32 {
+    let weights = opaque_weights(bsdf, wo);
+    @if(transmission) return bsdf.glass_share + weights.x + weights.y;
+    @else return weights.x + weights.y;
+}
+
+fn choose_lobes(bsdf: Bsdf, wo: vec3f) -> LobeChoice {
+    let weights = opaque_weights(bsdf, wo);
     var glass = 0u;
-    @if(transmission) glass = lobe_ticks(bsdf.glass_share, interface_weight + base_weight);
-    return LobeChoice(glass, lobe_ticks(interface_weight, base_weight));
+    @if(transmission) glass = lobe_ticks(bsdf.glass_share, weights.x + weights.y);
+    return LobeChoice(glass, lobe_ticks(weights.x, weights.y));
 }
 
 // Everything that light sampling can find, for directions above the surface.

@@ -4,16 +4,15 @@
 // base and of a metal at normal incidence, and the tint of glass.
 
 @if(layer_albedo && triangle_lights) import package::path_tracer::triangle_front::front_normal;
-@if(delta_surfaces) import package::path_tracer::delta_bsdf::is_delta;
 @if(layer_albedo && triangle_lights) import package::path_tracer::emission::emitted_radiance;
 @if(layer_albedo && environment) import package::path_tracer::environment::environment_towards;
 @if(layer_albedo && delta_surfaces) import package::path_tracer::eta_scale::current_eta_scale;
-@if(delta_surfaces) import package::path_tracer::material_bsdf::bsdf_at;
+@if(delta_surfaces) import package::path_tracer::layer_surface::is_delta_surface;
+@if(layer_albedo) import package::path_tracer::layer_surface::surface_albedo;
 import package::path_tracer::path::Path;
 import package::path_tracer::records::{NONE, TRIANGLE_EMISSIVE, TRIANGLE_MATERIAL_MASK};
 import package::path_tracer::scene_access::{load_material, load_triangle};
-@if(layer_normal) import package::path_tracer::surface::surface_at;
-@if(layer_albedo) import package::path_tracer::texture::base_color_at;
+import package::path_tracer::surface::surface_at;
 
 fn note_features(path: ptr<function, Path>) {
     @if(delta_surfaces) let is_settled = (*path).layer_settled != 0u;
@@ -30,17 +29,17 @@ fn note_features(path: ptr<function, Path>) {
     let triangle = load_triangle(slot);
     let material = load_material(triangle.material & TRIANGLE_MATERIAL_MASK);
     let barycentrics = (*path).hit_barycentrics;
+    let surface = surface_at(triangle, material, barycentrics, -(*path).direction);
     let emits = (triangle.material & TRIANGLE_EMISSIVE) != 0u;
     @if(delta_surfaces) {
-        // The side changes nothing about which kinds of lobes there are.
-        if !emits && is_delta(bsdf_at(triangle, material, barycentrics, true)) {
+        if !emits && is_delta_surface(triangle, material, barycentrics, surface, -(*path).direction) {
             return;
         }
         (*path).layer_settled = 1u;
     }
-    @if(layer_normal) (*path).layer_normal = surface_at(triangle, material, barycentrics, -(*path).direction).frame.normal;
+    @if(layer_normal) (*path).layer_normal = surface.frame.normal;
     @if(layer_albedo) {
-        var seen = base_color_at(material, triangle.vertices, barycentrics).xyz;
+        var seen = surface_albedo(triangle, material, barycentrics, surface, -(*path).direction);
         @if(triangle_lights) if emits {
             let plane = front_normal(triangle);
             seen += emitted_radiance(triangle, material, barycentrics, dot(plane, (*path).direction) <= 0.0);

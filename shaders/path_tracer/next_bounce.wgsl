@@ -2,14 +2,13 @@
 
 import package::math::mis::PDF_MIN;
 import package::math::offset::offset_point;
-import package::math::onb::{to_local, to_world};
+import package::math::onb::to_world;
 import package::math::vector::max_component;
-import package::path_tracer::bsdf::sample_bsdf;
 @if(transmission) import package::path_tracer::eta_scale::multiply_eta_scale;
 @if(samplable_lights) import package::path_tracer::found_weight::remember_pdf;
-import package::path_tracer::material_bsdf::bsdf_at;
 import package::path_tracer::path::{Path, DIMENSION_BSDF, random_at};
 import package::path_tracer::records::TRIANGLE_MATERIAL_MASK;
+import package::path_tracer::scattering::sample_scattering;
 import package::path_tracer::scene_access::{load_material, load_triangle};
 import package::path_tracer::surface::surface_at;
 
@@ -18,10 +17,10 @@ fn next_bounce(path: ptr<function, Path>) -> u32 {
     let triangle = load_triangle((*path).hit_triangle);
     let material = load_material(triangle.material & TRIANGLE_MATERIAL_MASK);
     let surface = surface_at(triangle, material, (*path).hit_barycentrics, wo);
-    let bsdf = bsdf_at(triangle, material, (*path).hit_barycentrics, surface.is_front);
     let words = random_at((*path).pixel, (*path).sample, (*path).depth, DIMENSION_BSDF);
-    let drawn = sample_bsdf(bsdf, to_local(surface.frame, wo), words);
-    var direction = normalize(to_world(surface.frame, drawn.wi));
+    let scattered = sample_scattering(triangle, material, (*path).hit_barycentrics, surface, wo, words);
+    let drawn = scattered.drawn;
+    var direction = normalize(to_world(scattered.frame, drawn.wi));
     let beta = (*path).beta * drawn.weight;
     if max_component(beta) < PDF_MIN {
         return FINISH;

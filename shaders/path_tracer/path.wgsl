@@ -2,7 +2,7 @@
 //
 // Random numbers are keyed by (pixel, sample, dimension, seed); a dimension is four words. Dimension 0 is the camera's, and each
 // scattering event owns a block of eight, in which every purpose has a fixed place. What is not used is not drawn and moves nothing:
-//   0 BSDF (x lobe, yz direction)      1 light (xy which light, zw which texel, or where on the triangle)
+//   0 BSDF (x lobe, yz direction, w lobe of a tree)      1 light (xy which light, zw which texel, or where on the triangle)
 //   2 light (xy within the texel)      3 alpha along the path's ray      4 alpha along the shadow ray      5..7 free
 
 import package::math::random::pcg4d;

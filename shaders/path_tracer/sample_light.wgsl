@@ -3,12 +3,10 @@
 import constants::{LIGHT_STRATEGY, STRATEGY_MIS};
 import package::math::mis::{PDF_MIN, power_heuristic};
 import package::math::offset::offset_point;
-import package::math::onb::to_local;
-import package::path_tracer::bsdf::{choose_lobes, evaluate_bsdf};
 import package::path_tracer::lights::sample_one_light;
-import package::path_tracer::material_bsdf::bsdf_at;
 import package::path_tracer::path::{Path, DIMENSION_LIGHT, DIMENSION_LIGHT_TEXEL, random_at};
 import package::path_tracer::records::{ESCAPE_DISTANCE, TRIANGLE_MATERIAL_MASK};
+import package::path_tracer::scattering::evaluate_scattering;
 import package::path_tracer::scene_access::{load_material, load_triangle};
 import package::path_tracer::surface::surface_at;
 
@@ -29,9 +27,7 @@ fn sample_light(path: ptr<function, Path>) {
     if light.pdf < PDF_MIN || dot(light.wi, surface.normal) <= 0.0 {
         return;
     }
-    let bsdf = bsdf_at(triangle, material, (*path).hit_barycentrics, surface.is_front);
-    let wo_local = to_local(surface.frame, wo);
-    let value = evaluate_bsdf(bsdf, choose_lobes(bsdf, wo_local), wo_local, to_local(surface.frame, light.wi));
+    let value = evaluate_scattering(triangle, material, (*path).hit_barycentrics, surface, wo, light.wi);
     var weight = 1.0;
     if !light.is_singular && LIGHT_STRATEGY == STRATEGY_MIS {
         weight = power_heuristic(light.pdf, value.pdf);

@@ -36,9 +36,14 @@ fn surface_at(triangle: Triangle, material: Material, barycentrics: vec2f, wo: v
     let position = inset_point(interpolated, barycentrics, e1, e2, shape.normal, shape.area, max_component(error));
     let is_front = dot(plane, wo) >= 0.0;
     let normal = select(-plane, plane, is_front);
-    let shading = shading_normal(triangle, material, barycentrics, plane);
-    let frame = frame_around(face_viewer(select(-shading, shading, is_front), normal, wo));
+    let frame = shading_frame(triangle, material, barycentrics, normal, is_front, wo);
     return Surface(position, normal, error, is_front, frame);
+}
+
+// The frame that a material's normal map gives; `normal` is that of the plane, on the viewer's side.
+fn shading_frame(triangle: Triangle, material: Material, barycentrics: vec2f, normal: vec3f, is_front: bool, wo: vec3f) -> Frame {
+    let shading = shading_normal(triangle, material, barycentrics, select(-normal, normal, is_front));
+    return frame_around(face_viewer(select(-shading, shading, is_front), normal, wo));
 }
 
 // The interpolated normal with the normal map applied, on the side of the front.

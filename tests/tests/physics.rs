@@ -12,6 +12,8 @@ mod hierarchy;
 mod layers;
 #[path = "physics/placement.rs"]
 mod placement;
+#[path = "physics/trees.rs"]
+mod trees;
 #[path = "physics/volume.rs"]
 mod volume;
 

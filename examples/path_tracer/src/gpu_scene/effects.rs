@@ -36,6 +36,8 @@ pub struct Effects {
     pub samplable_lights: bool,
     /// Some solid absorbs what passes it.
     pub absorption: bool,
+    /// Some material is a tree.
+    pub material_trees: bool,
     /// Some surface may send light on in single directions only: a mirror, or smooth glass. Layers are seen through it.
     pub delta_surfaces: bool,
 }
@@ -61,6 +63,7 @@ impl Effects {
             transmission: any(|material| {
                 material.transmission > 0.0 && (material.metallic < 1.0 || material.metallic_roughness_texture != NONE)
             }),
+            material_trees: any(|material| material.tree != 0),
             delta_surfaces: materials.iter().any(|material| may_be_delta(material, vertex_colors)),
             ..Effects::default()
         }
@@ -72,7 +75,7 @@ impl Effects {
     }
 
     /// By the names under which `@if` asks for them.
-    pub fn features(&self) -> [(&'static str, bool); 12] {
+    pub fn features(&self) -> [(&'static str, bool); 13] {
         [
             ("textures", self.textures),
             ("normal_maps", self.normal_maps),
@@ -85,6 +88,7 @@ impl Effects {
             ("punctual_lights", self.punctual_lights),
             ("samplable_lights", self.samplable_lights),
             ("absorption", self.absorption),
+            ("material_trees", self.material_trees),
             ("delta_surfaces", self.delta_surfaces),
         ]
     }

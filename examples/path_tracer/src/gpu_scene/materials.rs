@@ -82,7 +82,7 @@ fn pack_one(
         eta,
         f0,
         flags,
-        pad: 0,
+        tree: 0,
         base_color_texture: texture(&material.base_color_texture)?,
         metallic_roughness_texture: texture(&material.metallic_roughness_texture)?,
         normal_texture: texture(&material.normal_texture)?,

@@ -16,6 +16,7 @@ mod geometry;
 pub mod hierarchy;
 pub mod layers;
 mod lights;
+pub mod lobes;
 mod materials;
 pub mod nodes;
 pub mod normalise;
@@ -178,11 +179,18 @@ impl GpuScene {
         let used = scene.triangles.iter().flat_map(|triangle| triangle.vertices);
         let normalisation = Normalisation::of(used.filter_map(|index| scene.vertices.get(index as usize)).map(|vertex| vertex.position));
         let mut textures = textures::Textures::default();
-        let materials = materials::pack(scene, &mut textures, warnings)?;
-        let mut effects = Effects::of_surfaces(&materials, &scene.vertices);
-        let absorption = absorption::rows(scene, &materials, &normalisation, warnings);
+        let mut records = materials::pack(scene, &mut textures, warnings)?;
+        let lobes = lobes::pack(scene, &mut records, &mut textures, warnings)?;
+        if records.len() as u64 > material_limit {
+            return Err(Error::TooMany { what: "leaves of materials", count: records.len() as u64, limit: material_limit });
+        }
+        let in_sight = lobes.in_sight(scene, &records);
+        let mut effects = Effects::of_surfaces(&in_sight, &scene.vertices);
+        effects.textures |= lobes.have_textures(&in_sight);
+        let materials = &records[..scene.materials.len()];
+        let absorption = absorption::rows(scene, materials, &normalisation, warnings);
         effects.absorption = absorption.is_some();
-        let mut geometry = geometry::pack(scene, &normalisation, &materials, warnings)?;
+        let mut geometry = geometry::pack(scene, &normalisation, materials, warnings)?;
 
         // The panorama takes what the images leave of the texel buffer.
         let room = options.binding_limit.saturating_sub(textures.words.len() as u64 * 4 + 4096);
@@ -190,7 +198,7 @@ impl GpuScene {
         let environment = scene.environment.as_ref().map(|map| environment::pack(map, room, warnings)).transpose()?;
         let environment = environment.filter(|map| map.alias.is_some());
         let flux = environment.as_ref().map_or(0.0, |map| map.flux);
-        let lights = lights::pack(scene, &normalisation, &materials, &mut geometry, flux, options.light_strategy)?;
+        let lights = lights::pack(scene, &normalisation, materials, &mut geometry, flux, options.light_strategy)?;
         effects.environment = environment.is_some();
         effects.emissive_triangles = geometry.triangles.iter().any(|triangle| triangle.material & records::triangle_flags::EMISSIVE != 0);
         effects.punctual_lights = !lights.punctuals.is_empty();
@@ -203,12 +211,15 @@ impl GpuScene {
         view.roulette_floor = options.roulette_floor.clamp(1e-6, 1.0);
         view.bvh_root = geometry.hierarchy.root;
         view.vertices = (geometry.triangles.len() * 4) as u32;
-        let mut tables = Tables::build(&mut view, &materials, textures, &lights, environment.as_ref());
+        let mut tables = Tables::build(&mut view, &records, textures, &lights, environment.as_ref());
 
         let layer_table = options.layers.append_table(&mut tables, options.first_sample, &geometry.triangles, &scene.object_of);
         let mut constants = effects.constants(geometry.hierarchy.depth, options.light_strategy).to_vec();
         let nodes = NodeRows::pack(&geometry.hierarchy.nodes);
         constants.extend(nodes.constants());
+        if effects.material_trees {
+            constants.extend([("TREE_TABLE", tables.append(lobes.rows.as_flattened())), ("TREE_LOBES", lobes.most.max(1))]);
+        }
         constants.extend(absorption.map(|rows| ("ABSORPTION_TABLE", tables.append(rows.as_flattened()))));
         constants.extend(layer_table.map(|row| ("LAYER_TABLE", row)));
 

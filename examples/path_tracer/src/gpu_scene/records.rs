@@ -42,6 +42,18 @@ pub mod material_flags {
     pub const COAT: u32 = 16;
 }
 
+/// Values of [`TermRecord::kind`], and a bit beside them.
+pub mod term_kinds {
+    /// The same from everywhere.
+    pub const CONSTANT: u32 = 0;
+    /// Reflectance of a smooth dielectric.
+    pub const FRESNEL: u32 = 1;
+    /// From one value at the normal to another at the horizon.
+    pub const CUSTOM: u32 = 2;
+    /// What is left of 1.
+    pub const REST: u32 = 4;
+}
+
 /// Bits of [`TextureRecord::flags`].
 pub mod texture_flags {
     /// Two bits for the wrap along u: 0 repeat, 1 mirror, 2 clamp.
@@ -191,8 +203,8 @@ gpu_record! {
         f0: f32,
         /// See [`material_flags`].
         flags: u32,
-        /// Unused.
-        pad: u32,
+        /// One more than the row at which its list of lobes begins; 0 for a material that is no tree.
+        tree: u32,
         /// Into the textures, or [`NONE`].
         base_color_texture: u32,
         /// Into the textures, or [`NONE`].
@@ -201,6 +213,42 @@ gpu_record! {
         normal_texture: u32,
         /// Into the textures, or [`NONE`].
         emissive_texture: u32,
+    }
+}
+
+gpu_record! {
+    /// A leaf of a tree of materials, with the constant part of its share.
+    pub struct LobeRecord as "Lobe" {
+        /// Into the materials.
+        material: u32,
+        /// Above 0.
+        factor: f32,
+        /// Row of the first term, in the table of trees.
+        terms: u32,
+        /// Number of terms.
+        term_count: u32,
+    }
+}
+
+gpu_record! {
+    /// A factor of a lobe's share that depends on the point or the view.
+    pub struct TermRecord as "Term" {
+        /// See [`term_kinds`].
+        kind: u32,
+        /// Multiplies the curve.
+        weight: f32,
+        /// Into the textures, or [`NONE`].
+        texture: u32,
+        /// The index of refraction, or the value at normal incidence.
+        start: f32,
+        /// The value at the horizon.
+        grazing: f32,
+        /// Of the rise towards the horizon.
+        exponent: f32,
+        /// Unused.
+        pad0: u32,
+        /// Unused.
+        pad1: u32,
     }
 }
 
@@ -272,6 +320,8 @@ pub fn records_wgsl() -> String {
     declare::<ViewRecord>(&mut text);
     declare::<TriangleRecord>(&mut text);
     declare::<MaterialRecord>(&mut text);
+    declare::<LobeRecord>(&mut text);
+    declare::<TermRecord>(&mut text);
     declare::<TextureRecord>(&mut text);
     declare::<LightRecord>(&mut text);
     declare::<PunctualRecord>(&mut text);
@@ -295,6 +345,9 @@ const CONSTANTS: &[(&str, u32)] = &[
     ("MATERIAL_ALPHA_BLEND", material_flags::ALPHA_BLEND),
     ("MATERIAL_SOLID", material_flags::SOLID),
     ("MATERIAL_COAT", material_flags::COAT),
+    ("TERM_FRESNEL", term_kinds::FRESNEL),
+    ("TERM_CUSTOM", term_kinds::CUSTOM),
+    ("TERM_REST", term_kinds::REST),
     ("TEXTURE_WRAP_U_SHIFT", texture_flags::WRAP_U_SHIFT),
     ("TEXTURE_WRAP_V_SHIFT", texture_flags::WRAP_V_SHIFT),
     ("TEXTURE_LINEAR", texture_flags::LINEAR),

@@ -51,7 +51,7 @@ fn without_a_request_there_are_no_layers_and_no_alpha() {
         let mut modules = packed.program_modules();
         let before = modules.len();
         modules.retain(|module| !module.path.contains("layer") && module.path != "path_tracer::delta_bsdf");
-        assert_eq!(before - modules.len(), 5);
+        assert_eq!(before - modules.len(), 6);
         for module in &mut modules {
             let mut lines: Vec<&str> = module.text.lines().collect();
             lines.retain(|line| !(line.contains("@if") && speaks_of_layers(line)));

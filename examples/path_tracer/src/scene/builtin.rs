@@ -4,6 +4,7 @@
 
 mod corridor;
 mod glass;
+mod material_trees;
 
 use glam::{Mat4, Vec3, Vec4};
 
@@ -16,6 +17,7 @@ pub const BUILTIN: &[(&str, &str)] = &[
     ("mirror-corridor", "a closed corridor between two mirrors: very long paths, lit by a strip on the ceiling"),
     ("corridor", "a hall with columns, an aisle and side rooms, lit through deep windows: long diffuse paths"),
     ("glass", "35 groups of solid glass bodies under a large lamp: long specular paths"),
+    ("material-trees", "seven spheres whose materials are trees of others: lacquer, velvet, worn gilding, glazes and glass"),
 ];
 
 /// The built-in scene of that name.
@@ -25,6 +27,7 @@ pub fn builtin(name: &str) -> Option<Scene> {
         "mirror-corridor" => Some(mirror_corridor()),
         "corridor" => Some(corridor::corridor()),
         "glass" => Some(glass::glass()),
+        "material-trees" => Some(material_trees::material_trees()),
         _ => None,
     }
 }

@@ -14,6 +14,7 @@ mod gltf;
 mod guard;
 pub mod limits;
 mod material_extensions;
+mod material_tree;
 mod model;
 mod obj;
 mod ply;
@@ -27,6 +28,7 @@ pub use crate::error::Error;
 pub use builtin::{BUILTIN, builtin};
 pub use environment::load_environment;
 pub use material_extensions::*;
+pub use material_tree::{Curve, Layer, MaterialTree, Weight};
 pub use model::*;
 pub use validate::Bounds;
 

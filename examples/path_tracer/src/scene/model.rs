@@ -11,6 +11,7 @@ use std::path::PathBuf;
 use glam::{Mat4, Vec2, Vec3, Vec4};
 
 use super::material_extensions::MaterialExtensions;
+use super::material_tree::MaterialTree;
 
 /// A complete scene: what is lit, what lights it, and from where it is seen.
 #[derive(Clone, Debug, Default)]
@@ -146,6 +147,8 @@ pub struct Material {
     pub attenuation_distance: f32,
     /// What the file says beyond this model, kept whole.
     pub extensions: MaterialExtensions,
+    /// Other materials that take the place of this one's lobes. Its emission, alpha, inside and normal map stay.
+    pub tree: Option<MaterialTree>,
 }
 
 impl Default for Material {
@@ -169,6 +172,7 @@ impl Default for Material {
             attenuation_color: Vec3::ONE,
             attenuation_distance: f32::INFINITY,
             extensions: MaterialExtensions::default(),
+            tree: None,
         }
     }
 }

@@ -5,6 +5,7 @@
 
 use glam::{DVec3, Vec3, Vec4};
 
+use super::material_tree::{MaterialTree, Weight};
 use super::model::{AlphaMode, Camera, LightKind, Material, Projection, PunctualLight, Scene, Triangle, Vertex};
 use crate::error::{Error, Fault};
 
@@ -50,6 +51,11 @@ impl Scene {
         for material in &self.materials {
             check_material(material, self.images.len())
                 .map_err(|what| Fault::invalid(format_args!("material '{}'", material.name), what))?;
+        }
+        for material in &self.materials {
+            if let Some(what) = material.tree.as_ref().and_then(|tree| tree.fault(&self.materials)) {
+                return Err(Fault::invalid(format_args!("material '{}'", material.name), what));
+            }
         }
         for image in &self.images {
             if image.texels.is_empty() || image.texels.len() as u64 != u64::from(image.width) * u64::from(image.height) {
@@ -136,7 +142,9 @@ fn check_material(material: &Material, n_images: usize) -> Result<(), String> {
     }
     let (metallic_roughness, normal) = (&material.metallic_roughness_texture, &material.normal_texture);
     let core = [&material.base_color_texture, metallic_roughness, normal, &material.emissive_texture];
-    for used in core.into_iter().flatten().chain(material.extensions.textures()) {
+    let weights: Vec<&Weight> = material.tree.iter().flat_map(MaterialTree::weights).collect();
+    let of_weights = weights.iter().filter_map(|weight| weight.texture.as_ref());
+    for used in core.into_iter().flatten().chain(material.extensions.textures()).chain(of_weights) {
         if used.image as usize >= n_images {
             return Err(format!("image {} does not exist", used.image));
         }

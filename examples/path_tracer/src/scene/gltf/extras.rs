@@ -1,4 +1,5 @@
-//! Custom properties (`extras`): IES profiles of lights and height maps of materials, for which glTF has no place and Blender a panel.
+//! Custom properties (`extras`): IES profiles of lights and height maps of materials, for which glTF has no place and Blender a panel. Trees of
+//! materials are read elsewhere.
 //!
 //! Key decision: a property holds for everything inside and below the thing that carries it, and the innermost wins: the light or the
 //! material itself, its mesh, its node, the nodes above, the scene. The files are looked for and named here and not read.
@@ -28,13 +29,20 @@ pub(super) struct Extras {
     ies: Option<Value>,
     height_map: Option<Value>,
     height_scale: Option<Value>,
+    /// See [`material_tree`](super::material_tree).
+    pub(super) material_tree: Option<Value>,
 }
 
 impl From<Value> for Extras {
     fn from(value: Value) -> Extras {
         let Value::Object(mut members) = value else { return Extras::default() };
         let mut take = |name: &str| members.remove(name).filter(|value| !value.is_null());
-        Extras { ies: take("ies"), height_map: take("height_map"), height_scale: take("height_scale") }
+        Extras {
+            ies: take("ies"),
+            height_map: take("height_map"),
+            height_scale: take("height_scale"),
+            material_tree: take("material_tree"),
+        }
     }
 }
 
@@ -209,6 +217,9 @@ impl<'a> CustomProperties<'a> {
                     let (name, bearer) = (property.name(), property.bearer());
                     warnings.push(format!("{}: no {bearer} takes it, and it is left out", within(carrier, name)));
                 }
+            }
+            if self.extras(carrier).is_some_and(|extras| extras.material_tree.is_some()) {
+                warnings.push(format!("{}: it belongs to a material, and is left out", within(carrier, "material_tree")));
             }
         }
         let materials = (0..document.materials.len()).map(|index| (Carrier::Material(index), Property::Ies));

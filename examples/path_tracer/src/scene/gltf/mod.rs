@@ -6,7 +6,7 @@
 //! The steps, one module each: `container` and `json` (what the text says), `uri`, `buffers` and `meshopt` (where bytes
 //! are), `animation` (the pose),
 //! `nodes` (what is shown where), `accessor`, `topology`, `mesh`, `morph` and `tangents` (shapes), `texture`, `material`, `layers`,
-//! `specular_glossiness` and `variants` (looks), `punctual` (lights and cameras), `extras` (custom properties), `skin`, `instancing` and
+//! `specular_glossiness`, `material_tree` and `variants` (looks), `punctual` (lights and cameras), `extras` (custom properties), `skin`, `instancing` and
 //! `bake` (into the world).
 
 mod accessor;
@@ -20,6 +20,7 @@ mod instancing;
 mod json;
 mod layers;
 mod material;
+mod material_tree;
 pub(super) mod mesh;
 mod meshopt;
 mod morph;
@@ -39,18 +40,20 @@ use std::collections::hash_map::Entry;
 use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
 
+use serde_json::Value;
+
 use self::accessor::Accessors;
 use self::animation::Pose;
 use self::bake::Transforms;
 use self::buffers::Buffers;
 use self::extras::{Carrier, CustomProperties};
-use self::json::{Document, LightUse, Lights, Node, extension};
+use self::json::{Document, LightUse, Lights, Node, TextureInfo, extension};
 use self::mesh::{Budget, MaterialUse, Primitive};
 use self::nodes::{Graph, Placed};
 use self::skin::Skin;
 use self::texture::Textures;
 use super::LoadOptions;
-use super::model::{Material, PunctualLight, Scene};
+use super::model::{Material, PunctualLight, Scene, TextureUse};
 use crate::error::{Fault, one_line};
 
 /// What was dropped, replaced or assumed; each thing is said once.
@@ -304,7 +307,16 @@ impl Reader<'_> {
             tangent_uv_set: material::tangent_uv_set(&material),
         };
         self.scene.materials.push(material);
-        Ok(*vacant.insert(made))
+        vacant.insert(made);
+        let document = self.document;
+        let written = index.and_then(|index| Some((index, document.materials[index].extras.material_tree.as_ref()?)));
+        let Some((number, written)) = written else { return Ok(made) };
+        let mut leaves = Leaves { reader: self, place: format!("material {number}"), tangent_uv_set: made.tangent_uv_set };
+        let tree = material_tree::read(written, &mut leaves).map_err(|f| f.within(&leaves.place))?;
+        let made = MaterialUse { tangent_uv_set: leaves.tangent_uv_set, ..made };
+        self.scene.materials[made.index as usize].tree = Some(tree);
+        self.materials.insert((index, heights), made);
+        Ok(made)
     }
 
     /// Adds the name of the node where people know it by that.
@@ -313,5 +325,35 @@ impl Reader<'_> {
             Some(name) => fault.within(format_args!("node {} '{name}'", placed.node)),
             None => fault.within(format_args!("node {}", placed.node)),
         }
+    }
+}
+
+/// The file around the tree of one material.
+struct Leaves<'r, 'a> {
+    reader: &'r mut Reader<'a>,
+    place: String,
+    /// Of the tree's material, or of the first leaf that asks for one.
+    tangent_uv_set: Option<u32>,
+}
+
+impl material_tree::Surroundings for Leaves<'_, '_> {
+    fn leaf(&mut self, named: &Value) -> Result<u32, Fault> {
+        let materials = &self.reader.document.materials;
+        let by_name = |name: &str| materials.iter().position(|material| material.name.as_deref() == Some(name));
+        let by_number = |number: u64| usize::try_from(number).ok().filter(|number| *number < materials.len());
+        let found = named.as_str().map_or_else(|| named.as_u64().and_then(by_number), by_name);
+        let fault = |what: &dyn std::fmt::Display| Fault::invalid("material_tree", what);
+        let index = found.ok_or_else(|| fault(&format_args!("there is no material {named} in the file")))?;
+        // Trees within trees by name could lead in circles.
+        if materials[index].extras.material_tree.is_some() {
+            return Err(fault(&format_args!("{named} has a tree of its own: write that one out in its place")));
+        }
+        let leaf = self.reader.material(Some(index), None)?;
+        self.tangent_uv_set = self.tangent_uv_set.or(leaf.tangent_uv_set);
+        Ok(leaf.index)
+    }
+
+    fn texture(&mut self, info: &TextureInfo) -> Result<Option<TextureUse>, Fault> {
+        self.reader.textures.read(info, &self.place, &mut self.reader.warnings)
     }
 }
