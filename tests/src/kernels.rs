@@ -9,8 +9,8 @@ use path_tracer::{
     LayerRequest, Renderer, Settings,
     gpu_scene::{GpuScene, PackOptions, exhaustive::EXHAUSTIVE_TRIANGLES},
     scene::{
-        AlphaMode, BUILTIN, Environment, Image, LightKind, Material, PunctualLight, Scene, TextureUse, Triangle, Vertex, Wrap, builtin,
-        framing::frame,
+        AlphaMode, BUILTIN, Curve, Environment, Image, LightKind, Material, MaterialTree, PunctualLight, Scene, TextureUse, Triangle,
+        Vertex, Weight, Wrap, builtin, framing::frame,
     },
 };
 use wavepool::{
@@ -115,8 +115,8 @@ fn all_programs() -> Vec<(String, Program)> {
         (name, program)
     });
     let built_in = BUILTIN.iter().map(|(name, _)| ((*name).to_owned(), builtin(name).expect("it is in the list")));
-    let made =
-        [("everything", everything()), ("nothing", Scene::default()), ("fine", fine())].map(|(name, scene)| (name.to_owned(), scene));
+    let made = [("everything", everything()), ("leaves", leaves()), ("nothing", Scene::default()), ("fine", fine())];
+    let made = made.map(|(name, scene)| (name.to_owned(), scene));
     let scenes = built_in.chain(made);
     let path_tracers = scenes.map(|(name, scene)| {
         let program = Renderer::program(&scene).unwrap_or_else(|error| panic!("{name}: {error}"));
@@ -133,8 +133,14 @@ fn all_programs() -> Vec<(String, Program)> {
         assert!(packed.facts.exhaustive, "the box has become too large");
         Renderer::program_of(&packed).expect("it links")
     };
-    let requests =
-        [("layers", with(LayerRequest::ALL, false)), ("transparent", with(LayerRequest::NONE, true)), ("exhaustive", exhaustive)];
+    let settings = Settings { layers: LayerRequest::ALL, transparent: true, ..Settings::default() };
+    let leaves = Renderer::program_with(&leaves(), &settings).expect("it links");
+    let requests = [
+        ("layers", with(LayerRequest::ALL, false)),
+        ("transparent", with(LayerRequest::NONE, true)),
+        ("exhaustive", exhaustive),
+        ("leaves-layers", leaves),
+    ];
     small.chain(path_tracers).chain(requests.map(|(name, program)| (format!("path_tracer-{name}"), program))).collect()
 }
 
@@ -198,6 +204,18 @@ pub fn everything() -> Scene {
     }
 }
 
+/// Everything, as leaves of a tree.
+fn leaves() -> Scene {
+    let mut scene = everything();
+    let leaf = scene.materials[0].clone();
+    let weight = Weight { factor: 0.5, texture: leaf.base_color_texture };
+    let curve = Curve::Custom { normal: 0.0, grazing: 1.0, exponent: 5.0 };
+    let inner = MaterialTree::layer(weight, Curve::Fresnel { ior: 1.5 }, MaterialTree::Leaf(1), MaterialTree::Leaf(1));
+    scene.materials[0].tree = Some(MaterialTree::layer(weight, curve, MaterialTree::Leaf(1), inner));
+    scene.materials.push(leaf);
+    scene
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -222,6 +240,10 @@ mod tests {
         ] {
             assert!(everything.iter().any(|kernel| kernel.text.contains(&format!("fn {effect}("))), "{effect}");
             assert!(nothing.iter().all(|kernel| !kernel.text.contains(&format!("fn {effect}("))), "{effect}");
+        }
+        for part in ["fn lobes_at(", "fn lobe_share(", "fn sample_tree(", "fn shading_frame("] {
+            assert!(of("path_tracer-leaves").iter().any(|kernel| kernel.text.contains(part)), "{part}");
+            assert!(everything.iter().all(|kernel| !kernel.text.contains("fn lobe_share(")));
         }
         assert!(!of("collatz").is_empty() && !of("path_tracer-cornell-box").is_empty());
         for entry in [

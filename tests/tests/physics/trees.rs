@@ -212,7 +212,8 @@ fn every_direction_brings_the_same_light_to_both_strategies() {
     assert!(chi2 < 1.15 * bound, "chi2 {chi2} of {n_cells} cells, bound {bound}");
 }
 
-/// Kills: a leaf that changes when it stands in a tree: its coat, its roughness, its glass, what the solid absorbs; a tree that has numbers of its own.
+/// Kills: a leaf that changes when it stands in a tree: its coat, its roughness, its normal map, its glass, what the solid absorbs; a tree that has
+/// numbers of its own.
 #[test]
 fn a_tree_of_one_leaf_is_that_leaf() {
     let amber = Material {
@@ -225,11 +226,18 @@ fn a_tree_of_one_leaf_is_that_leaf() {
     };
     let plastic = Material { roughness: 0.3, ..lambert(0.6, 0.0) };
     let plastic = Material { ior: 1.5, ..plastic };
-    for (name, material) in [("matte", lambert(0.7, 0.0)), ("metal", metal(0.8, 0.4, 0.0)), ("plastic", plastic), ("amber", amber)] {
-        let mut scene = Scene { materials: vec![material.clone(), lambert(0.4, 0.0)], ..Scene::default() };
+    let mut dented = metal(0.8, 0.2, 0.0);
+    let mut holder = Scene::default();
+    bent(&mut holder, &mut dented);
+    let all = [("matte", lambert(0.7, 0.0)), ("metal", metal(0.8, 0.4, 0.0)), ("plastic", plastic), ("amber", amber), ("dented", dented)];
+    for (name, material) in all {
+        let images = holder.images.clone();
+        let mut scene = Scene { materials: vec![material.clone(), lambert(0.4, 0.0)], images, ..Scene::default() };
         scene.environment = Some(Environment::constant([0.5, 1.0, 2.0]));
         shapes::icosphere(&mut scene, Vec3::Y * 1.1, 1.0, 3, 0);
         shapes::quad(&mut scene, Vec3::new(-3.0, 0.0, -3.0), Vec3::Z * 6.0, Vec3::X * 6.0, 1);
+        let tangent = |normal: Vec3| normal.cross(Vec3::new(0.3, 0.9, 0.1)).normalize().extend(1.0);
+        scene.vertices.iter_mut().for_each(|vertex| vertex.tangent = tangent(vertex.normal));
         let schedule: Schedule = "block,roulette=none".parse().expect("a schedule");
         let camera = Some(parallel_camera(Vec3::new(1.0, 4.0, 5.0), Vec3::Y, 1.4));
         let settings = Settings { depth: 12, schedule, camera, ..Settings::new(24, 24, 8) };

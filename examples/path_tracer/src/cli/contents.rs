@@ -2,7 +2,7 @@
 
 use path_tracer::{
     gpu_scene::{GpuScene, PackOptions},
-    scene::{Animation, Camera, HeightMap, LightKind, Projection, Scene, framing::frame},
+    scene::{Animation, Camera, HeightMap, LightKind, Material, Projection, Scene, framing::frame},
 };
 use serde_json::{Value, json};
 
@@ -46,7 +46,9 @@ fn tell(scene: &Scene, parts: &[(&str, usize)]) {
         say(format_args!("bounds:      {min} to {max} metres"));
     }
     list("cameras", scene.cameras.iter().map(|camera| format!("'{}', {}", camera.name, lens(camera))));
-    list("materials", scene.materials.iter().map(|material| format!("'{}'", material.name)));
+    let leaves = |material: &Material| material.tree.as_ref().map(|tree| format!(", a tree of {} leaves", tree.leaves().len()));
+    let entry = |material: &Material| format!("'{}'{}", material.name, leaves(material).unwrap_or_default());
+    list("materials", scene.materials.iter().map(entry));
     let images = scene.images.iter().map(|image| format!("'{}', {}x{}", image.name, image.width, image.height));
     list("images", images);
     list("lights", lights(scene).into_iter().map(|(kind, count)| format!("{count} {kind}")));

@@ -4,6 +4,8 @@
 //! where no plugin is this renderer's model (a coat over Lambert, metals under Schlick's reflectance), the nearest one is taken and named.
 //! [`Materials::Model`] writes a BSDF of type `wavepool`, which a peer test defines from the formulas alone.
 //!
+//! A tree of materials is a blend of its leaves: exact where shares are constant.
+//!
 //! **Invariant:** every approximation is one line of what [`write()`] returns.
 //! Source: Mitsuba 3 documentation, plugin reference.
 
@@ -23,8 +25,9 @@ use super::{
 use crate::{
     Settings,
     error::Error,
+    gpu_scene::lobes,
     output::text,
-    scene::{AlphaMode, Camera, LightKind, Material, Projection, PunctualLight, Scene, TextureUse, Triangle, Wrap},
+    scene::{AlphaMode, Camera, LightKind, Material, MaterialTree, Projection, PunctualLight, Scene, TextureUse, Triangle, Wrap},
 };
 
 /// In which terms surfaces are written.
@@ -141,9 +144,11 @@ impl File<'_> {
         if triangles.is_empty() {
             return Ok(());
         }
-        let used =
-            [&material.base_color_texture, &material.metallic_roughness_texture, &material.normal_texture, &material.emissive_texture];
-        let sets: BTreeSet<u32> = used.into_iter().flatten().map(|texture| texture.uv_set).collect();
+        let used = |material: &Material| {
+            [material.base_color_texture, material.metallic_roughness_texture, material.normal_texture, material.emissive_texture]
+        };
+        let leaves = material.tree.iter().flat_map(MaterialTree::leaves).filter_map(|leaf| scene.materials.get(leaf as usize));
+        let sets: BTreeSet<u32> = std::iter::once(material).chain(leaves).flat_map(used).flatten().map(|texture| texture.uv_set).collect();
         if sets.len() > 1 {
             self.note(format!("material `{}`: textures of two sets of coordinates, all are looked up with the first", material.name));
         }
@@ -229,6 +234,63 @@ impl File<'_> {
 
     fn bsdf(&mut self, index: usize, material: &Material) -> Result<String, Error> {
         let name = &material.name;
+        let (mut bsdf, transmits) = match &material.tree {
+            Some(tree) => self.mixture(material, tree)?,
+            None => self.lobes(index, material)?,
+        };
+        if !transmits {
+            bsdf = format!("<bsdf type=\"twosided\">{bsdf}</bsdf>");
+        }
+        Ok(match material.alpha {
+            AlphaMode::Opaque => bsdf,
+            alpha => {
+                if matches!(alpha, AlphaMode::Mask { .. }) {
+                    self.note(format!("material `{name}`: a cutoff of alpha is written as opacity"));
+                }
+                let opacity = match &material.base_color_texture {
+                    Some(texture) => {
+                        self.texture("opacity", &format!("opacity_{index}"), texture, Take::Channel(3, material.base_color.w))?
+                    }
+                    None => float("opacity", material.base_color.w),
+                };
+                format!("<bsdf type=\"mask\">{opacity}{bsdf}</bsdf>")
+            }
+        })
+    }
+
+    /// The leaves of a tree by their shares, and whether any transmits.
+    fn mixture(&mut self, material: &Material, tree: &MaterialTree) -> Result<(String, bool), Error> {
+        let leaves = lobes::flatten(tree, &mut Vec::new());
+        if leaves.iter().any(|leaf| !leaf.terms.is_empty()) {
+            self.note(format!("material `{}`: shares of its tree are those at normal incidence, where textures are white", material.name));
+        }
+        let black = String::from("<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0, 0, 0\"/></bsdf>");
+        let (mut mixed, mut sum, mut transmits) = (black, 0.0, false);
+        // What is missing to 1 absorbs: it is the first part, and everybody else is blended over it.
+        let shares: Vec<f64> =
+            leaves.iter().map(|leaf| leaf.factor * leaf.terms.iter().map(|term| term.value(1.0)).product::<f64>()).collect();
+        let missing = 1.0 - shares.iter().sum::<f64>();
+        if missing > 1e-6 {
+            sum = missing;
+        }
+        for (leaf, share) in leaves.iter().zip(shares).filter(|(_, share)| *share > 0.0) {
+            let scene = self.scene;
+            let Some(of) = scene.materials.get(leaf.material as usize) else { continue };
+            let of = Material { solid: material.solid, ..of.clone() };
+            let (part, passes) = self.lobes(leaf.material as usize, &of)?;
+            sum += share;
+            transmits |= passes;
+            mixed = match sum > share {
+                true => format!("<bsdf type=\"blendbsdf\">{}{mixed}{part}</bsdf>", float("weight", (share / sum) as f32)),
+                false => part,
+            };
+        }
+        Ok((mixed, transmits))
+    }
+
+    /// All lobes of one material, and whether any transmits.
+    fn lobes(&mut self, index: usize, material: &Material) -> Result<(String, bool), Error> {
+        let name = &material.name;
         let share = material.transmission;
         let mut bsdf = String::new();
         if share < 1.0 {
@@ -251,24 +313,7 @@ impl File<'_> {
             bsdf = format!("<bsdf type=\"normalmap\">{texture}{bsdf}</bsdf>");
             self.note("under normal maps newer versions of Mitsuba darken the edge of shadows unless `use_shadowing_function` is false");
         }
-        if share <= 0.0 {
-            bsdf = format!("<bsdf type=\"twosided\">{bsdf}</bsdf>");
-        }
-        Ok(match material.alpha {
-            AlphaMode::Opaque => bsdf,
-            alpha => {
-                if matches!(alpha, AlphaMode::Mask { .. }) {
-                    self.note(format!("material `{name}`: a cutoff of alpha is written as opacity"));
-                }
-                let opacity = match &material.base_color_texture {
-                    Some(texture) => {
-                        self.texture("opacity", &format!("opacity_{index}"), texture, Take::Channel(3, material.base_color.w))?
-                    }
-                    None => float("opacity", material.base_color.w),
-                };
-                format!("<bsdf type=\"mask\">{opacity}{bsdf}</bsdf>")
-            }
-        })
+        Ok((bsdf, share > 0.0))
     }
 
     /// All but what transmits.
@@ -341,7 +386,7 @@ impl File<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{self, LightKind};
+    use crate::scene::{self, Curve, LightKind, Weight};
 
     fn exported(change: impl Fn(&mut Scene), materials: Materials) -> (String, Vec<String>, tempfile::TempDir) {
         let folder = tempfile::tempdir().unwrap();
@@ -396,6 +441,39 @@ mod tests {
         assert_eq!(xml.matches("<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.25\"/>").count(), 4);
         let (xml, notes, _folder) = all(|material| material.alpha = AlphaMode::Mask { cutoff: 0.5 });
         assert!(xml.matches("type=\"mask\"").count() == 4 && notes.iter().any(|note| note.contains("cutoff")));
+    }
+
+    // Kills: shares of a tree that are those of its neighbours, leaves that swap places, light that is not absorbed where shares are missing, a
+    // curve that nobody hears of, two sides for glass.
+    #[test]
+    fn trees_are_blends_of_their_leaves() {
+        let tree = |tree: MaterialTree| {
+            let (xml, notes, _folder) = exported(
+                |scene| {
+                    scene.materials.iter_mut().for_each(|material| material.ior = 1.0);
+                    scene.materials[0].tree = Some(tree.clone());
+                    scene.materials.push(Material { transmission: 1.0, name: "sheet".into(), ..Material::default() });
+                },
+                Materials::Standard,
+            );
+            let shape = xml.lines().find(|line| line.contains("mesh_0.ply")).unwrap().to_owned();
+            (shape, notes)
+        };
+        let mix = |parts: &[(f32, u32)]| {
+            MaterialTree::Mix(parts.iter().map(|(weight, leaf)| (Weight::constant(*weight), MaterialTree::Leaf(*leaf))).collect())
+        };
+        let (shape, notes) = tree(mix(&[(0.25, 1), (0.75, 2)]));
+        let places =
+            ["twosided", "blendbsdf", "\"weight\" value=\"0.75\"", "0.63, 0.065, 0.05", "0.14, 0.45, 0.091"].map(|part| shape.find(part));
+        assert!(places.iter().all(Option::is_some) && places.is_sorted() && notes.is_empty(), "{shape} {notes:?}");
+        let (shape, _) = tree(mix(&[(0.25, 1), (0.25, 2)]));
+        let places = ["0.33333", "0, 0, 0", "0.63, 0.065, 0.05"].map(|part| shape.find(part));
+        assert!(places.iter().all(Option::is_some) && places.is_sorted(), "{shape}");
+        let curve = Curve::Custom { normal: 0.5, grazing: 1.0, exponent: 5.0 };
+        let layer = MaterialTree::layer(Weight::constant(0.5), curve, MaterialTree::Leaf(1), MaterialTree::Leaf(4));
+        let (shape, notes) = tree(layer);
+        assert!(shape.contains("value=\"0.75\"") && shape.contains("thindielectric") && !shape.contains("twosided"), "{shape}");
+        assert!(notes.len() == 1 && notes[0].contains("normal incidence"), "{notes:?}");
     }
 
     // Kills: lights and panoramas that stay at home, or turn up without what they approximate.

@@ -5,6 +5,7 @@ mod copies;
 mod pictures;
 mod poses;
 mod properties;
+mod trees;
 
 use std::path::Path;
 
