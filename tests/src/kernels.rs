@@ -2,7 +2,10 @@
 //!
 //! Key decision: a list and not files, so that a test counts what a second compiler will see; the program `dump_kernels` writes it down.
 
-use std::collections::HashSet;
+use std::{
+    collections::HashSet,
+    sync::atomic::{AtomicUsize, Ordering::Relaxed},
+};
 
 use glam::{Vec2, Vec3, Vec4};
 use path_tracer::{
@@ -66,28 +69,41 @@ const ROULETTES: [&str; 5] = ["lane", "block-max", "block-mean", "group:32", "no
 /// # Panics
 /// When a program or a schedule is not sound.
 pub fn all() -> Vec<Kernel> {
+    let programs = all_programs();
+    let next = AtomicUsize::new(0);
+    // Linking is plain computation: every core takes the next program.
+    let work = || std::iter::from_fn(|| programs.get(next.fetch_add(1, Relaxed))).map(|(name, program)| (name, of_program(name, program)));
+    let mut made: Vec<(&String, Vec<Kernel>)> = std::thread::scope(|scope| {
+        let n_threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let threads: Vec<_> = (0..n_threads).map(|_| scope.spawn(|| work().collect::<Vec<_>>())).collect();
+        threads.into_iter().flat_map(|thread| thread.join().expect("every program links")).collect()
+    });
+    made.sort_by_key(|(name, _)| programs.iter().position(|(other, _)| other == *name));
+    let mut seen = HashSet::new();
+    made.into_iter().flat_map(|(_, kernels)| kernels).filter(|kernel| seen.insert(kernel.text.clone())).collect()
+}
+
+fn of_program(program_name: &str, program: &Program) -> Vec<Kernel> {
     let mut kernels = Vec::new();
     let mut seen = HashSet::new();
-    for (program_name, program) in all_programs() {
-        for schedule in SCHEDULES.iter().flat_map(|schedule| ROULETTES.map(|roulette| format!("{schedule},roulette={roulette}"))) {
-            for (observed, instruments, poison) in SETTINGS {
-                let mut parsed: Schedule = schedule.parse().unwrap_or_else(|error| panic!("{schedule}: {error}"));
-                if is_refused(&program, &parsed) {
-                    continue;
-                }
-                parsed.poison = poison.then_some(0x7fc0_0000);
-                let sources: [(&str, &dyn WorkSource); 2] =
-                    [("image", &ImageTiles { width: 40, height: 56 }), ("range", &LinearRange { count: 1000 })];
-                for (source_name, source) in sources {
-                    let poisoned = if poison { ",poison" } else { "" };
-                    let name = format!("{program_name},{source_name},{schedule}{poisoned}{observed}");
-                    let parts = program.wgsl_with(source, &parsed, &instruments).unwrap_or_else(|error| panic!("{name}: {error}"));
-                    for (part, text) in parts {
-                        let name =
-                            format!("{name},{part}").replace("order=", "").replace("roulette=", "roulette-").replace(['=', ',', ':'], "_");
-                        if seen.insert(text.clone()) {
-                            kernels.push(Kernel { name, text });
-                        }
+    for schedule in SCHEDULES.iter().flat_map(|schedule| ROULETTES.map(|roulette| format!("{schedule},roulette={roulette}"))) {
+        for (observed, instruments, poison) in SETTINGS {
+            let mut parsed: Schedule = schedule.parse().unwrap_or_else(|error| panic!("{schedule}: {error}"));
+            if is_refused(program, &parsed) {
+                continue;
+            }
+            parsed.poison = poison.then_some(0x7fc0_0000);
+            let sources: [(&str, &dyn WorkSource); 2] =
+                [("image", &ImageTiles { width: 40, height: 56 }), ("range", &LinearRange { count: 1000 })];
+            for (source_name, source) in sources {
+                let poisoned = if poison { ",poison" } else { "" };
+                let name = format!("{program_name},{source_name},{schedule}{poisoned}{observed}");
+                let parts = program.wgsl_with(source, &parsed, &instruments).unwrap_or_else(|error| panic!("{name}: {error}"));
+                for (part, text) in parts {
+                    let name =
+                        format!("{name},{part}").replace("order=", "").replace("roulette=", "roulette-").replace(['=', ',', ':'], "_");
+                    if seen.insert(text.clone()) {
+                        kernels.push(Kernel { name, text });
                     }
                 }
             }
