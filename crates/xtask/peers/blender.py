@@ -18,7 +18,7 @@ import numpy as np
 
 import in_cycles
 from path_tracer_call import export, render
-from scenes import FROM_BLENDER, TO_BLENDER, chosen_scenes, write_matte_box
+from scenes import FROM_BLENDER, OF_MITSUBA, TO_BLENDER, chosen_scenes, write_matte_box
 from statistics_of_tiles import judge, table_head
 
 
@@ -167,6 +167,8 @@ def main():
     if not arguments.scenes or TO_BLENDER in arguments.scenes:
         cycles.to_blender()
     for name, scene in chosen_scenes(arguments.scenes, cycles.folder, arguments.assets):
+        if name.split("+")[0] in OF_MITSUBA:
+            continue
         if scene is None:
             print(f"| {name} | Cycles | | | skipped: no file | | | | |", flush=True)
         else:

@@ -125,6 +125,41 @@ def write_row(path):
     write_gltf(path, meshes, materials, ((0.0, 2.2, 6.0), (0.0, 0.7, 0.0), 40.0))
 
 
+def write_mixtures(path):
+    """A row of balls whose materials are trees of others with constant weights, which are blends in Mitsuba.
+
+    No leaf sends light on in single directions: Mitsuba's blend (3.9.1) takes the probability of such a direction for a density and mixes it with
+    that of the other part. A perfect conductor with the share 0.1, 0.3, 0.5, 0.7, 0.9 beside a black surface reflects 0.26, 0.58, 0.76, 0.88, 0.97 of
+    what it should there.
+    """
+    materials = [
+        material("floor", (0.5, 0.5, 0.5)),
+        material("wall", (0.6, 0.55, 0.5)),
+        material("lamp", (0.5, 0.5, 0.5), emissive=(9.0, 8.5, 8.0)),
+        material("matte", (0.7, 0.2, 0.15), ior=1.0),
+        material("polished", (0.95, 0.95, 0.95), 1.0, 0.2),
+        material("metal", (0.95, 0.7, 0.35), 1.0, 0.4),
+        material("coated", (0.2, 0.35, 0.6), 0.0, 0.3),
+    ]
+    meshes = [
+        (*quad((-4, 0, 3), (8, 0, 0), (0, 0, -6)), 0),
+        (*quad((-4, 0, -3), (8, 0, 0), (0, 4, 0)), 1),
+        (*quad((-1.5, 3.9, 1.5), (0, 0, -3), (3, 0, 0)), 2),
+    ]
+    inner = {"over": "metal", "weight": 0.6, "under": "matte"}
+    trees = [
+        {"mix": [{"weight": 0.3, "of": "polished"}, {"weight": 0.7, "of": "matte"}]},
+        inner,
+        {"over": "coated", "weight": 0.25, "under": inner},
+        {"mix": [{"weight": 0.3, "of": "metal"}, {"weight": 0.3, "of": "coated"}]},
+        {"mix": [{"weight": 0.4, "of": inner}, {"weight": 0.35, "of": "polished"}, {"weight": 0.25, "of": "coated"}]},
+    ]
+    for index, tree in enumerate(trees):
+        materials.append(material(f"tree {index}", (1.0, 1.0, 1.0)) | {"extras": {"material_tree": tree}})
+        meshes.append((*sphere((-2.4 + 1.2 * index, 0.5, 0.3 - 0.6 * (index % 2)), 0.5), len(materials) - 1))
+    write_gltf(path, meshes, materials, ((0.0, 2.2, 6.0), (0.0, 0.7, 0.0), 40.0))
+
+
 def write_matte_box(path, lamp_has_back=False):
     """The built-in Cornell box without the coat that glTF puts over every dielectric: Lambert alone, which every renderer has.
 
@@ -166,6 +201,8 @@ class Scene(NamedTuple):
     is_softened: bool = False
 
 
+# What the model in Cycles cannot say.
+OF_MITSUBA = ("mixtures",)
 # Known names that are no scenes: the two made in Blender, and the clock.
 FROM_BLENDER, TO_BLENDER, SPEED = "from-blender", "matte-box-to-blender", "speed"
 SWITCHES = ("fine-sky", "softened", "plain-sky", "opaque", "no-normal-maps", "flat")
@@ -174,7 +211,9 @@ SWITCHES = ("fine-sky", "softened", "plain-sky", "opaque", "no-normal-maps", "fl
 def known_scenes(folder, assets):
     """By name; `None` for those whose file is not there."""
     row, matte = os.path.join(folder, "row.gltf"), os.path.join(folder, "matte_box.gltf")
+    mixtures = os.path.join(folder, "mixtures.gltf")
     write_row(row)
+    write_mixtures(mixtures)
     write_matte_box(matte)
     square = ["--size", "128x128", "--depth", "16"]
     asset = lambda *parts: os.path.join(assets or "", *parts)  # noqa: E731
@@ -184,6 +223,7 @@ def known_scenes(folder, assets):
         "cornell-box": Scene("cornell-box", square, 64),
         "cornell-box-bevy": Scene(asset("gltf", "CornellBox-bevy.glb"), square, 64),
         "row": Scene(row, ["--size", "160x96", "--depth", "16"], 64),
+        "mixtures": Scene(mixtures, ["--size", "160x96", "--depth", "16"], 64),
         "mirror-corridor": Scene("mirror-corridor", ["--size", "128x128", "--depth", "32"], 64),
         "kitchen": Scene(asset("gltf", "interior_kitchen_luxcore.glb"), ["--size", "128x128", "--depth", "8"], 64),
         "flight-helmet": Scene(asset("gltf", "FlightHelmet", "FlightHelmet.gltf"), [*square, "--env", sky], 64),

@@ -16,9 +16,9 @@ use crate::process::{self, Failure, cargo};
 const PACKAGES: &str = "mitsuba==3.9.1 numpy==1.26.4 OpenEXR==3.5.3";
 /// Blender as a module, which exists for one version of Python; without it that part is skipped.
 const BLENDER: &str = "bpy==5.0.1";
-/// What only one of the two has: scenes made in Blender, and the clock.
+/// What only one of the two has: scenes made in Blender; blends of several materials, and the clock.
 const OF_CYCLES: [&str; 2] = ["from-blender", "matte-box-to-blender"];
-const OF_MITSUBA: [&str; 1] = ["speed"];
+const OF_MITSUBA: [&str; 2] = ["speed", "mixtures"];
 /// Where the variable of Dr.Jit, Mitsuba's compiler, points when somebody has set it.
 const LLVM: &str = "DRJIT_LIBLLVM_PATH";
 /// Oldest LLVM that works.

@@ -8,7 +8,7 @@ use path_tracer::{
     LayerRequest, Settings,
     gpu_scene::{LightStrategy, lobes},
     layers::Values,
-    scene::{Curve, Environment, Image, Material, MaterialTree, Scene, TextureUse, Vertex, Weight, Wrap, shapes},
+    scene::{Curve, Environment, Image, LightKind, Material, MaterialTree, PunctualLight, Scene, TextureUse, Vertex, Weight, Wrap, shapes},
     wavepool::Schedule,
 };
 
@@ -355,4 +355,53 @@ fn no_schedule_changes_a_bit_of_a_tree() {
     launches.sort_unstable();
     launches.dedup();
     assert!(launches.len() >= 4, "the schedules did the same: {launches:?}");
+}
+
+/// Kills: a mixture of a mirror and a matte surface that is not the metal by a third which it also is, in a room where light comes from lamps, from
+/// points and from the room itself.
+#[test]
+fn a_mixture_is_the_material_that_says_the_same() {
+    let matte = lambert(0.9, 0.0);
+    let (mirror, third) = (metal(0.9, 0.0, 0.0), Material { metallic: 0.3, roughness: 0.0, ..matte.clone() });
+    let lamp = Material { double_sided: false, ..lambert(0.5, 6.0) };
+    let mut scene = Scene { materials: vec![lambert(0.5, 0.0), lamp, third, matte, mirror], ..Scene::default() };
+    shapes::room(&mut scene, Vec3::new(-2.0, 0.0, -2.0), Vec3::new(2.0, 3.0, 2.0), [0; 6]);
+    shapes::quad(&mut scene, Vec3::new(-0.5, 2.99, -0.5), Vec3::X, Vec3::Z, 1);
+    shapes::uv_sphere(&mut scene, Vec3::new(0.0, 0.5, 0.0), 0.5, 32, 64, 2);
+    scene.lights.push(PunctualLight {
+        kind: LightKind::Point,
+        position: Vec3::new(1.5, 2.0, 1.5),
+        direction: Vec3::NEG_Y,
+        intensity: Vec3::splat(4.0),
+        range: f32::INFINITY,
+        profile: None,
+    });
+    let camera = Some(parallel_camera(Vec3::new(0.3, 1.8, 1.7), Vec3::Y * 0.5, 0.6));
+    let runs = |scene: &Scene, first: u32| {
+        let run = |seed| {
+            let schedule: Schedule = "block,roulette=none".parse().expect("a schedule");
+            let settings = Settings { depth: 8, schedule, camera: camera.clone(), seed, ..Settings::new(32, 32, 64) };
+            let seen = render(scene, &settings)?;
+            // Four by four tiles.
+            let tile = |pixel: usize| (pixel / 32 / 8) * 4 + pixel % 32 / 8;
+            let mut tiles = [0.0; 16];
+            (0..seen.film.pixels()).for_each(|pixel| tiles[tile(pixel)] += seen.film.mean(pixel, 1) / 64.0);
+            Some(tiles)
+        };
+        (first..first + 6).map(run).collect::<Option<Vec<_>>>()
+    };
+    let Some(plain) = runs(&scene, 1) else { return };
+    scene.materials[2] = Material { tree: Some(mix(&[(0.3, 4), (0.7, 3)])), ..lambert(0.5, 0.0) };
+    let Some(tree) = runs(&scene, 101) else { return };
+    for tile in 0..16 {
+        let moments = |runs: &[[f64; 16]]| {
+            let mean = runs.iter().map(|tiles| tiles[tile]).sum::<f64>() / 6.0;
+            (mean, runs.iter().map(|tiles| (tiles[tile] - mean).powi(2)).sum::<f64>() / 30.0)
+        };
+        let ((a, error_a), (b, error_b)) = (moments(&plain), moments(&tree));
+        let error = (error_a + error_b).sqrt();
+        println!("tile {tile}: {a:.4} {b:.4}, {:.1} errors of {:.2} %", (a - b).abs() / error, 100.0 * error / a);
+        // Student's distribution with about ten degrees of freedom: 8 is exceeded once in 80,000.
+        assert!((a - b).abs() < 8.0 * error && error < 0.02 * a, "tile {tile}: {a} and {b}, error {error}");
+    }
 }

@@ -25,7 +25,7 @@ use super::{
 use crate::{
     Settings,
     error::Error,
-    gpu_scene::lobes,
+    gpu_scene::{effects::ALPHA_MIRROR, lobes},
     output::text,
     scene::{AlphaMode, Camera, LightKind, Material, MaterialTree, Projection, PunctualLight, Scene, TextureUse, Triangle, Wrap},
 };
@@ -86,6 +86,18 @@ fn rgb(name: &str, value: Vec3) -> String {
 
 fn float(name: &str, value: f32) -> String {
     format!("<float name=\"{name}\" value=\"{value}\"/>")
+}
+
+/// Of mirrors and smooth glass that are mixed with something else.
+const BLEND: &str =
+    "mirrors and smooth glass within a mixture are too dark there: `blendbsdf` of Mitsuba 3.9.1 takes their probability for a density";
+
+fn two_sided(bsdf: String) -> String {
+    format!("<bsdf type=\"twosided\">{bsdf}</bsdf>")
+}
+
+fn one_sided(bsdf: String) -> String {
+    bsdf
 }
 
 impl File<'_> {
@@ -234,13 +246,13 @@ impl File<'_> {
 
     fn bsdf(&mut self, index: usize, material: &Material) -> Result<String, Error> {
         let name = &material.name;
-        let (mut bsdf, transmits) = match &material.tree {
+        let bsdf = match &material.tree {
             Some(tree) => self.mixture(material, tree)?,
-            None => self.lobes(index, material)?,
+            None => match material.transmission > 0.0 {
+                true => self.lobes(index, material, two_sided)?,
+                false => two_sided(self.lobes(index, material, one_sided)?),
+            },
         };
-        if !transmits {
-            bsdf = format!("<bsdf type=\"twosided\">{bsdf}</bsdf>");
-        }
         Ok(match material.alpha {
             AlphaMode::Opaque => bsdf,
             alpha => {
@@ -258,43 +270,50 @@ impl File<'_> {
         })
     }
 
-    /// The leaves of a tree by their shares, and whether any transmits.
-    fn mixture(&mut self, material: &Material, tree: &MaterialTree) -> Result<(String, bool), Error> {
+    /// The leaves of a tree by their shares.
+    fn mixture(&mut self, material: &Material, tree: &MaterialTree) -> Result<String, Error> {
+        let scene = self.scene;
         let leaves = lobes::flatten(tree, &mut Vec::new());
         if leaves.iter().any(|leaf| !leaf.terms.is_empty()) {
             self.note(format!("material `{}`: shares of its tree are those at normal incidence, where textures are white", material.name));
         }
-        let black = String::from("<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0, 0, 0\"/></bsdf>");
-        let (mut mixed, mut sum, mut transmits) = (black, 0.0, false);
-        // What is missing to 1 absorbs: it is the first part, and everybody else is blended over it.
-        let shares: Vec<f64> =
-            leaves.iter().map(|leaf| leaf.factor * leaf.terms.iter().map(|term| term.value(1.0)).product::<f64>()).collect();
-        let missing = 1.0 - shares.iter().sum::<f64>();
-        if missing > 1e-6 {
-            sum = missing;
+        let shares = leaves.iter().map(|leaf| leaf.factor * leaf.terms.iter().map(|term| term.value(1.0)).product::<f64>());
+        let parts: Vec<(usize, Material, f64)> = leaves
+            .iter()
+            .zip(shares)
+            .filter(|(_, share)| *share > 0.0)
+            .filter_map(|(leaf, share)| Some((leaf.material as usize, scene.materials.get(leaf.material as usize)?, share)))
+            .map(|(index, of, share)| (index, Material { solid: material.solid, ..of.clone() }, share))
+            .collect();
+        let transmits = parts.iter().any(|(_, of, _)| of.transmission > 0.0);
+        let sides = if transmits { two_sided } else { one_sided };
+        let has_mirror = parts.iter().any(|(_, of, _)| of.roughness * of.roughness < ALPHA_MIRROR && of.metallic > 0.0);
+        if parts.iter().all(|(.., share)| *share < 1.0) && (transmits || has_mirror) {
+            self.note(BLEND);
         }
-        for (leaf, share) in leaves.iter().zip(shares).filter(|(_, share)| *share > 0.0) {
-            let scene = self.scene;
-            let Some(of) = scene.materials.get(leaf.material as usize) else { continue };
-            let of = Material { solid: material.solid, ..of.clone() };
-            let (part, passes) = self.lobes(leaf.material as usize, &of)?;
+        // What is missing to 1 absorbs: it is the first part, and everybody else is blended over it.
+        let missing = 1.0 - parts.iter().map(|(.., share)| share).sum::<f64>();
+        let mut sum = if missing > 1e-6 { missing } else { 0.0 };
+        let mut mixed = String::from("<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0, 0, 0\"/></bsdf>");
+        for (index, of, share) in &parts {
+            let part = self.lobes(*index, of, sides)?;
             sum += share;
-            transmits |= passes;
-            mixed = match sum > share {
+            mixed = match sum > *share {
                 true => format!("<bsdf type=\"blendbsdf\">{}{mixed}{part}</bsdf>", float("weight", (share / sum) as f32)),
                 false => part,
             };
         }
-        Ok((mixed, transmits))
+        Ok(if transmits { mixed } else { two_sided(mixed) })
     }
 
-    /// All lobes of one material, and whether any transmits.
-    fn lobes(&mut self, index: usize, material: &Material) -> Result<(String, bool), Error> {
+    /// All lobes of one material. Theirs have one side, ours have two; what transmits has two of its own, so that only what is mixed into it is to be
+    /// given another by `sides`.
+    fn lobes(&mut self, index: usize, material: &Material, sides: fn(String) -> String) -> Result<String, Error> {
         let name = &material.name;
         let share = material.transmission;
         let mut bsdf = String::new();
         if share < 1.0 {
-            bsdf = self.opaque(index, material)?;
+            bsdf = sides(self.opaque(index, material)?);
         }
         if share > 0.0 {
             if material.metallic > 0.0 {
@@ -303,6 +322,9 @@ impl File<'_> {
             let kind = if material.solid { "dielectric" } else { "thindielectric" };
             let tint = self.base_color("specular_transmittance", index, material)?;
             let glass = format!("<bsdf type=\"{kind}\">{}{}{tint}</bsdf>", float("int_ior", material.ior), float("ext_ior", 1.0));
+            if share < 1.0 {
+                self.note(BLEND);
+            }
             bsdf = match share < 1.0 {
                 true => format!("<bsdf type=\"blendbsdf\">{}{bsdf}{glass}</bsdf>", float("weight", share)),
                 false => glass,
@@ -313,7 +335,7 @@ impl File<'_> {
             bsdf = format!("<bsdf type=\"normalmap\">{texture}{bsdf}</bsdf>");
             self.note("under normal maps newer versions of Mitsuba darken the edge of shadows unless `use_shadowing_function` is false");
         }
-        Ok((bsdf, share > 0.0))
+        Ok(bsdf)
     }
 
     /// All but what transmits.
@@ -438,7 +460,7 @@ mod tests {
         let (xml, _, _folder) = all(|material| (material.transmission, material.solid) = (1.0, false));
         assert_eq!(xml.matches("type=\"thindielectric\"").count(), 4);
         let (xml, _, _folder) = all(|material| material.transmission = 0.25);
-        assert_eq!(xml.matches("<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.25\"/>").count(), 4);
+        assert_eq!(xml.matches("<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.25\"/><bsdf type=\"twosided\">").count(), 4);
         let (xml, notes, _folder) = all(|material| material.alpha = AlphaMode::Mask { cutoff: 0.5 });
         assert!(xml.matches("type=\"mask\"").count() == 4 && notes.iter().any(|note| note.contains("cutoff")));
     }
@@ -472,8 +494,9 @@ mod tests {
         let curve = Curve::Custom { normal: 0.5, grazing: 1.0, exponent: 5.0 };
         let layer = MaterialTree::layer(Weight::constant(0.5), curve, MaterialTree::Leaf(1), MaterialTree::Leaf(4));
         let (shape, notes) = tree(layer);
-        assert!(shape.contains("value=\"0.75\"") && shape.contains("thindielectric") && !shape.contains("twosided"), "{shape}");
-        assert!(notes.len() == 1 && notes[0].contains("normal incidence"), "{notes:?}");
+        assert!(shape.contains("value=\"0.75\"") && shape.contains("thindielectric"), "{shape}");
+        assert!(shape.matches("twosided").count() == 1 && shape.find("blendbsdf") < shape.find("twosided"), "{shape}");
+        assert!(notes.len() == 2 && notes[0].contains("normal incidence") && notes[1] == BLEND, "{notes:?}");
     }
 
     // Kills: lights and panoramas that stay at home, or turn up without what they approximate.

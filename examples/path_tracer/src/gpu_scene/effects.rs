@@ -110,7 +110,7 @@ impl Effects {
 }
 
 /// Narrower distributions of normals are mirrors, as the WGSL module `microfacet` has it.
-const ALPHA_MIRROR: f32 = 0.001;
+pub(crate) const ALPHA_MIRROR: f32 = 0.001;
 
 /// True unless it is certain that no point of the surface is a mirror or smooth glass alone: textures may take away what factors say.
 fn may_be_delta(material: &MaterialRecord, has_vertex_colors: bool) -> bool {
