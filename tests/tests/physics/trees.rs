@@ -415,3 +415,13 @@ fn a_mixture_is_the_material_that_says_the_same() {
         assert!((a - b).abs() < 8.0 * error && error < 0.02 * a, "tile {tile}: {a} and {b}, error {error}");
     }
 }
+
+/// Kills: lobes that are read where there are none, a division by their number or by no draws.
+#[test]
+fn a_tree_without_light_is_black() {
+    let leaves = [lambert(0.0, 0.0), metal(0.9, 0.3, 0.0), Material { transmission: 1.0, solid: true, ..Material::default() }];
+    let scene = mosaic(&leaves, &[mix(&[]), mix(&[(1.0, 0)]), mix(&[(0.0, 1), (0.0, 2)]), mix(&[(0.5, 0), (0.5, 1)])]);
+    let Some(seen) = squares(&scene, &settings(1.0, 16, LightStrategy::Mis)) else { return };
+    assert!(seen[..3].iter().flatten().all(|value| *value == 0.0), "{seen:?}");
+    assert!(seen[3].iter().all(|value| *value > 0.1), "{seen:?}");
+}
