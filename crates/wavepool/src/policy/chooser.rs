@@ -2,8 +2,8 @@
 //!
 //! Key decision: measured, not modelled. Every candidate does one pass to begin with, a real one whose results count; then the fastest goes
 //! on, in portions that double. Readings are noisy, and noise adds time: a lower reading is believed at once, a higher one for a small part.
-//! Between portions everybody else is measured again who has earned it: all others together may cost a fiftieth of the passes that are done,
-//! so those far behind wait longer. A mistake is mended, in whichever direction, and costs little meanwhile. After a change of mind portions
+//! Whoever is close is measured a second time at once. Later everybody else is, between portions, who has earned it: all others together may
+//! cost a fiftieth of the passes that are done, so those far behind wait longer. A mistake is mended, in whichever direction, and costs little meanwhile. After a change of mind portions
 //! are short again. The rule of the literature (regenerate only when fewer groups are active than the device holds at once) is what such
 //! measurements come to. When passes take more than twice or less than half of what they should, the work has changed: all others are
 //! measured again.

@@ -287,7 +287,9 @@ impl File<'_> {
             .collect();
         let transmits = parts.iter().any(|(_, of, _)| of.transmission > 0.0);
         let sides = if transmits { two_sided } else { one_sided };
-        let has_mirror = parts.iter().any(|(_, of, _)| of.roughness * of.roughness < ALPHA_MIRROR && of.metallic > 0.0);
+        // Mitsuba's own `principled` has no true mirrors.
+        let is_mirror = |of: &Material| of.roughness * of.roughness < ALPHA_MIRROR && (of.metallic > 0.0 || of.ior > 1.0);
+        let has_mirror = self.materials == Materials::Model && parts.iter().any(|(_, of, _)| is_mirror(of));
         if parts.iter().all(|(.., share)| *share < 1.0) && (transmits || has_mirror) {
             self.note(BLEND);
         }

@@ -92,7 +92,7 @@ fn flatten_below(tree: &MaterialTree, factor: f64, above: &mut Vec<Term>, lobes:
             let weights: Vec<f64> = children.iter().map(|(weight, _)| within("weight", weight.factor, f32::MAX, told)).collect();
             let sum: f64 = weights.iter().sum();
             if sum > 1.0 + 1e-6 {
-                told.push(format!("weights that add up to {sum:.4} were divided by it"));
+                told.push(format!("weights that add up to {sum:.4} (textures aside) were divided by it"));
             }
             for (share, (weight, child)) in weights.iter().map(|weight| weight / sum.max(1.0)).zip(children) {
                 let varies =
@@ -166,8 +166,6 @@ fn within(what: &str, value: f32, most: f32, told: &mut Vec<String>) -> f64 {
 pub(crate) struct Lobes {
     /// One row that counts the lobes of a tree, then the lobes, for each tree; then all terms. Lobes address terms from the first row on.
     pub(crate) rows: Vec<[u32; 4]>,
-    /// Of the longest list; 0 without a tree.
-    pub(crate) most: u32,
 }
 
 impl Lobes {
@@ -177,6 +175,11 @@ impl Lobes {
         let own = used.into_iter().filter_map(|index| records.get(index as usize).copied());
         let with_leaves = |record: MaterialRecord| std::iter::once(record).chain(self.leaves(&record).map(|leaf| records[leaf as usize]));
         own.flat_map(with_leaves).collect()
+    }
+
+    /// Length of the longest list of these records; 0 without a tree.
+    pub(crate) fn most(&self, records: &[MaterialRecord]) -> u32 {
+        records.iter().map(|record| self.list(record).count() as u32).max().unwrap_or(0)
     }
 
     /// True when a share of one of these records looks into an image.
@@ -214,7 +217,7 @@ pub(crate) fn pack(
         if !told.is_empty() {
             warnings.push(format!("tree of material `{}`: {}", material.name, told.join(", ")));
         }
-        let mut list = Vec::new();
+        let (mut list, mut glowing) = (Vec::new(), BTreeSet::new());
         for lobe in &lobes {
             let first = terms.len() as u32;
             for term in &lobe.terms {
@@ -224,8 +227,7 @@ pub(crate) fn pack(
             let dangles = Error::Dangling { what: "tree of material", index, target: "material", value: lobe.material, count };
             let leaf = *records.get(lobe.material as usize).filter(|_| (lobe.material as usize) < count).ok_or(dangles)?;
             if leaf.emissive.iter().any(|&value| value > 0.0) {
-                let name = &scene.materials[lobe.material as usize].name;
-                warnings.push(format!("tree of material `{}`: the emission of its leaf `{name}` is left out", material.name));
+                glowing.insert(format!("`{}`", scene.materials[lobe.material as usize].name));
             }
             list.push(LobeRecord {
                 material: records.len() as u32,
@@ -235,10 +237,13 @@ pub(crate) fn pack(
             });
             records.push(as_leaf(leaf, &records[index]));
         }
+        if !glowing.is_empty() {
+            let names = glowing.into_iter().collect::<Vec<_>>().join(", ");
+            warnings.push(format!("tree of material `{}`: the emission of leaves is left out: {names}", material.name));
+        }
         let leaves = records.len() - list.len();
         let (own, made) = records.split_at_mut(leaves);
         settle_root(&mut own[index], made);
-        packed.most = packed.most.max(list.len() as u32);
         lists.push((index, list));
     }
     let n_rows: usize = lists.iter().map(|(_, list)| 1 + list.len()).sum();
@@ -419,7 +424,7 @@ mod tests {
         let (mut textures, mut warnings) = (Textures::default(), Vec::new());
         let mut records = super::super::materials::pack(&scene, &mut textures, &mut warnings).unwrap();
         let lobes = pack(&scene, &mut records, &mut textures, &mut warnings).unwrap();
-        assert_eq!((records.len(), lobes.most, lobes.rows.len()), (8, 2, 2 + 3 + 4));
+        assert_eq!((records.len(), lobes.most(&records), lobes.rows.len()), (8, 2, 2 + 3 + 4));
         assert_eq!((records[3].tree, records[4].tree), (1, 3));
         assert_eq!((lobes.rows[0][0], lobes.rows[2][0]), (1, 2));
         let lobe = |row: usize| bytemuck::cast::<[u32; 4], LobeRecord>(lobes.rows[row]);

@@ -218,7 +218,7 @@ impl GpuScene {
         let nodes = NodeRows::pack(&geometry.hierarchy.nodes);
         constants.extend(nodes.constants());
         if effects.material_trees {
-            constants.extend([("TREE_TABLE", tables.append(lobes.rows.as_flattened())), ("TREE_LOBES", lobes.most.max(1))]);
+            constants.extend([("TREE_TABLE", tables.append(lobes.rows.as_flattened())), ("TREE_LOBES", lobes.most(&in_sight).max(1))]);
         }
         constants.extend(absorption.map(|rows| ("ABSORPTION_TABLE", tables.append(rows.as_flattened()))));
         constants.extend(layer_table.map(|row| ("LAYER_TABLE", row)));

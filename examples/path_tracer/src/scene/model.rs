@@ -147,7 +147,8 @@ pub struct Material {
     pub attenuation_distance: f32,
     /// What the file says beyond this model, kept whole.
     pub extensions: MaterialExtensions,
-    /// Other materials that take the place of this one's lobes. Its emission, alpha, inside and normal map stay.
+    /// Other materials that take the place of this one's lobes. Its emission, alpha and inside stay, and its normal map for the curves; each leaf
+    /// has its own normal map or none.
     pub tree: Option<MaterialTree>,
 }
 

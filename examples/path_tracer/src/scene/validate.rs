@@ -251,6 +251,21 @@ mod tests {
         let texture = TextureUse { image: 0, uv_set: 0, wrap: [Wrap::Repeat; 2], linear: true, transform };
         scene.materials[0].extensions.transmission_texture = Some(texture);
         assert_eq!(scene.validate().unwrap_err().to_string(), "test: material 'default': image 0 does not exist");
+        let tree_fault = |tree: MaterialTree| {
+            let mut scene = quad();
+            scene.materials.push(Material { tree: Some(tree), ..Material::default() });
+            scene.validate().unwrap_err().to_string()
+        };
+        let mix = |n: usize, leaf: u32| MaterialTree::Mix(vec![(Weight::constant(0.01), MaterialTree::Leaf(leaf)); n]);
+        assert_eq!(tree_fault(mix(33, 0)), "test: material 'default': its tree has 33 leaves, the most is 32");
+        assert_eq!(tree_fault(mix(64, 0)), "test: material 'default': its tree has 65 nodes, the most is 64");
+        assert_eq!(tree_fault(mix(1, 2)), "test: material 'default': material 2 of its tree does not exist");
+        assert_eq!(
+            tree_fault(mix(1, 1)),
+            "test: material 'default': 'default' of its tree has a tree of its own: write that one out in its place"
+        );
+        let infinite = MaterialTree::Mix(vec![(Weight::constant(f32::INFINITY), MaterialTree::Leaf(0))]);
+        assert_eq!(tree_fault(infinite), "test: material 'default': a weight of its tree is not finite");
         let mut scene = quad();
         scene.vertices[3].position.y = f32::NAN;
         assert_eq!(scene.validate().unwrap_err().to_string(), "test: vertex 3: the position is not finite");

@@ -218,10 +218,9 @@ impl<'a> CustomProperties<'a> {
                     warnings.push(format!("{}: no {bearer} takes it, and it is left out", within(carrier, name)));
                 }
             }
-            if self.extras(carrier).is_some_and(|extras| extras.material_tree.is_some()) {
-                warnings.push(format!("{}: it belongs to a material, and is left out", within(carrier, "material_tree")));
-            }
+            self.tell_tree(carrier, warnings);
         }
+        (0..self.lights.len()).for_each(|index| self.tell_tree(Carrier::Light(index), warnings));
         let materials = (0..document.materials.len()).map(|index| (Carrier::Material(index), Property::Ies));
         let lights = (0..self.lights.len()).map(|index| (Carrier::Light(index), Property::HeightMap));
         for (carrier, property) in materials.chain(lights).filter(|(carrier, property)| self.carries(*property, *carrier)) {
@@ -233,6 +232,15 @@ impl<'a> CustomProperties<'a> {
             if scales && !self.carries(Property::HeightMap, carrier) {
                 warnings.push(format!("{}: there is no height_map beside it, and it is left out", within(carrier, "height_scale")));
             }
+        }
+    }
+}
+
+impl CustomProperties<'_> {
+    /// A tree where there is no material.
+    fn tell_tree(&self, carrier: Carrier, warnings: &mut Warnings) {
+        if self.extras(carrier).is_some_and(|extras| extras.material_tree.is_some()) {
+            warnings.push(format!("{}: it belongs to a material, and is left out", within(carrier, "material_tree")));
         }
     }
 }

@@ -311,7 +311,9 @@ impl Reader<'_> {
         let document = self.document;
         let written = index.and_then(|index| Some((index, document.materials[index].extras.material_tree.as_ref()?)));
         let Some((number, written)) = written else { return Ok(made) };
-        let mut leaves = Leaves { reader: self, place: format!("material {number}"), tangent_uv_set: made.tangent_uv_set };
+        // Of the tree's own material only the normal map is left.
+        let own = self.scene.materials[made.index as usize].normal_texture.map(|texture| texture.uv_set);
+        let mut leaves = Leaves { reader: self, place: format!("material {number}"), tangent_uv_set: own };
         let tree = material_tree::read(written, &mut leaves).map_err(|f| f.within(&leaves.place))?;
         let made = MaterialUse { tangent_uv_set: leaves.tangent_uv_set, ..made };
         self.scene.materials[made.index as usize].tree = Some(tree);
@@ -349,7 +351,13 @@ impl material_tree::Surroundings for Leaves<'_, '_> {
             return Err(fault(&format_args!("{named} has a tree of its own: write that one out in its place")));
         }
         let leaf = self.reader.material(Some(index), None)?;
-        self.tangent_uv_set = self.tangent_uv_set.or(leaf.tangent_uv_set);
+        match (self.tangent_uv_set, leaf.tangent_uv_set) {
+            (Some(own), Some(other)) if own != other => {
+                let what = format_args!("the tangents of {named} follow texture coordinates {own}, as others of the tree, and not {other}");
+                self.reader.warnings.push(format!("{}: {what}", self.place));
+            }
+            (own, other) => self.tangent_uv_set = own.or(other),
+        }
         Ok(leaf.index)
     }
 
