@@ -12,7 +12,10 @@ use path_tracer::{
     wavepool::Schedule,
 };
 
-use wavepool_tests::device::{level, levels, place_among_levels};
+use wavepool_tests::{
+    device::{level, levels, place_among_levels},
+    moments::Sample,
+};
 
 use crate::{assert_mean, lambert, layers::render, metal, parallel_camera};
 
@@ -165,6 +168,12 @@ fn bent(scene: &mut Scene, material: &mut Material) {
     }
 }
 
+/// Mean, and the square of its standard error.
+fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let sample = Sample::of(values);
+    (sample.mean, sample.variance / sample.draws)
+}
+
 /// Kills: a lobe sampled in one frame and evaluated in another, a density that leaves out a lobe or counts it with another probability, the frame of
 /// the tree where that of the leaf belongs: each direction must bring the same light, whether it was found by a light or by chance.
 #[test]
@@ -195,11 +204,7 @@ fn every_direction_brings_the_same_light_to_both_strategies() {
         });
         let (Some(by_light), Some(by_chance)) = (by_light, by_chance) else { return };
         for (a, b) in by_light.iter().zip(&by_chance) {
-            let moments = |values: &[f64]| {
-                let (n, mean) = (values.len() as f64, values.iter().sum::<f64>() / values.len() as f64);
-                (mean, values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (n - 1.0) / n)
-            };
-            let ((mean_a, error_a), (mean_b, error_b)) = (moments(a), moments(b));
+            let [(mean_a, error_a), (mean_b, error_b)] = [a, b].map(|values| mean_and_error(values));
             assert!(a.len() >= 8 && mean_a.is_finite() && mean_b.is_finite());
             // A handful of hits is not normal yet.
             if mean_a > 0.02 && error_b > 0.0 {
@@ -408,11 +413,8 @@ fn a_mixture_is_the_material_that_says_the_same() {
     scene.materials[2] = Material { tree: Some(mix(&[(0.3, 4), (0.7, 3)])), ..lambert(0.5, 0.0) };
     let Some(tree) = runs(&scene, 101) else { return };
     for tile in 0..16 {
-        let moments = |runs: &[[f64; 16]]| {
-            let mean = runs.iter().map(|tiles| tiles[tile]).sum::<f64>() / 6.0;
-            (mean, runs.iter().map(|tiles| (tiles[tile] - mean).powi(2)).sum::<f64>() / 30.0)
-        };
-        let ((a, error_a), (b, error_b)) = (moments(&plain), moments(&tree));
+        let of = |runs: &[[f64; 16]]| mean_and_error(&runs.iter().map(|tiles| tiles[tile]).collect::<Vec<_>>());
+        let ((a, error_a), (b, error_b)) = (of(&plain), of(&tree));
         let error = (error_a + error_b).sqrt();
         println!("tile {tile}: {a:.4} {b:.4}, {:.1} errors of {:.2} %", (a - b).abs() / error, 100.0 * error / a);
         // Student's distribution with about ten degrees of freedom: 8 is exceeded once in 80,000.

@@ -13,7 +13,7 @@ use super::{
 use crate::scene::{AlphaMode, Material, Scene};
 
 /// An index of refraction closer to one than this is no interface.
-const ETA_MIN_STEP: f32 = 1e-4;
+pub(crate) const ETA_MIN_STEP: f32 = 1e-4;
 /// Transmission is smooth; a wider perceptual roughness than this deserves a warning.
 const SMOOTH_ROUGHNESS: f32 = 0.0316;
 
